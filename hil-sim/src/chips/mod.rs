@@ -1,0 +1,1 @@
+//! Simulated devices at register level.

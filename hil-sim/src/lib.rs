@@ -1,0 +1,7 @@
+//! Plant-in-the-loop harness: the arm in `f64`, its devices at register level, a mocked bus, scenarios,
+//! metrics and reports. It knows the controller only by bytes on the bus, pins and telemetry.
+
+pub mod chips;
+pub mod outcome;
+pub mod plant;
+pub mod report;

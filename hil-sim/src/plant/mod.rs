@@ -1,0 +1,1 @@
+//! The arm in `f64` by recursive Newton-Euler and Jacobians.

@@ -1,0 +1,1 @@
+//! Run folder: summary.json, log.csv and report.html.

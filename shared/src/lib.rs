@@ -1,0 +1,9 @@
+#![no_std]
+//! What both ends of the bus must agree on: the arm's parameters, the wire formats of its devices, the
+//! telemetry record, commands and fault codes. No algorithm of either side lives here.
+
+pub mod arm;
+pub mod command;
+pub mod fault;
+pub mod telemetry;
+pub mod wire;

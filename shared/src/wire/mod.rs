@@ -1,0 +1,1 @@
+//! Wire formats of the three kinds of device on the bus, with their checks.

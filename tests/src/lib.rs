@@ -1,0 +1,1 @@
+//! Product tests: shared loaders of reference data.
