@@ -6,10 +6,10 @@
 //! joints is in rad, rad/s and N m, its last component is in m, m/s and N.
 
 pub mod config;
-//D pub mod drivers;
+pub mod drivers;
 pub mod dynamics;
 pub mod estimator;
-//D pub mod executive;
+pub mod executive;
 pub mod io;
 pub mod kinematics;
 pub mod law;
