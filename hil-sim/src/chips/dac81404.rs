@@ -64,11 +64,12 @@ impl Dac81404 {
         self.shift_out(width, mosi, miso);
         // A shorter frame is ignored; of a longer one the first bits count (SLASEO0B Section 8.5.1).
         match *mosi {
-            [head, high, low, check, ..] if crc => match Frame::from_bytes([head, high, low, check])
-            {
-                Some(frame) => self.execute(frame),
-                None => self.refuse(Frame::from_bytes_without_crc([head, high, low])),
-            },
+            [head, high, low, check, ..] if crc => {
+                match Frame::from_bytes([head, high, low, check]) {
+                    Some(frame) => self.execute(frame),
+                    None => self.refuse(Frame::from_bytes_without_crc([head, high, low])),
+                }
+            }
             [head, high, low, ..] if !crc => {
                 self.execute(Frame::from_bytes_without_crc([head, high, low]));
             }
@@ -126,12 +127,8 @@ impl Dac81404 {
 
     fn refuse(&mut self, frame: Frame) {
         self.alarms |= status::CRC_ALM;
-        self.answer = Answer {
-            read: frame.read,
-            crc_error: true,
-            address: frame.address,
-            data: frame.data,
-        };
+        self.answer =
+            Answer { read: frame.read, crc_error: true, address: frame.address, data: frame.data };
     }
 
     fn content(&self, address: u8) -> u16 {
@@ -150,8 +147,7 @@ impl Dac81404 {
     fn write(&mut self, address: u8, data: u16) {
         match address {
             register::SPICONFIG => {
-                self.spiconfig =
-                    self.spiconfig & !spiconfig::WRITABLE | data & spiconfig::WRITABLE;
+                self.spiconfig = self.spiconfig & !spiconfig::WRITABLE | data & spiconfig::WRITABLE;
             }
             register::GENCONFIG => self.genconfig = data & GENCONFIG_REFERENCE_OFF,
             register::BRDCONFIG => self.brdconfig = data & ALL_CHANNELS,
@@ -164,7 +160,9 @@ impl Dac81404 {
                     self.load(channel, data);
                 }
             }
-            register::DACA..=register::DACD => self.load(usize::from(address - register::DACA), data),
+            register::DACA..=register::DACD => {
+                self.load(usize::from(address - register::DACA), data)
+            }
             _ => {}
         }
     }
@@ -224,3 +222,6 @@ fn range_v(code: u16) -> (f64, f64) {
         _ => (0.0, 0.0),
     }
 }
+
+#[cfg(test)]
+mod tests;
