@@ -1,5 +1,7 @@
-//! Drivers of the devices on the bus, generic over embedded-hal.
+//! Drivers of the devices on the bus, generic over `embedded-hal` and advanced once a tick.
 
+pub mod ads131m04;
+pub mod dac81404;
 pub mod encoder;
 
 /// Why a device's sample cannot be used.
@@ -13,4 +15,17 @@ pub enum SampleError {
     Crc,
     /// The device itself marks its sample as wrong.
     Device,
+    /// Nothing new since the last sample.
+    Stale,
+}
+
+/// How far a device's configuration has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Progress {
+    /// More steps are needed.
+    Busy,
+    /// Configured, and read back as configured.
+    Ready,
+    /// The bus failed or the device did not answer as expected; it needs a reset and a new driver.
+    Failed,
 }
