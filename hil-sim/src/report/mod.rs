@@ -1,1 +1,105 @@
 //! Run folder: summary.json, log.csv and report.html.
+
+mod arm_view;
+mod axis;
+mod figures;
+mod log;
+mod page;
+mod plot;
+mod style;
+mod table;
+
+use std::collections::HashSet;
+use std::fs::{self, File};
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+pub use table::table3;
+
+use crate::outcome::Outcome;
+
+/// Joint-wise units of position, speed and effort; joint 4 is prismatic.
+const POSITION: [&str; shared::arm::JOINTS] = ["rad", "rad", "rad", "m"];
+const SPEED: [&str; shared::arm::JOINTS] = ["rad/s", "rad/s", "rad/s", "m/s"];
+const EFFORT: [&str; shared::arm::JOINTS] = ["N m", "N m", "N m", "N"];
+
+/// Why a run folder could not be written.
+#[derive(Debug, thiserror::Error)]
+pub enum ReportError {
+    /// There is nothing to report.
+    #[error("a report needs at least one run")]
+    Empty,
+    /// Two runs would share a log file and a legend entry.
+    #[error("two runs of one report have the same controller: {0}")]
+    SameController(&'static str),
+    /// The folder or a file of it could not be written.
+    #[error("cannot write {}", path.display())]
+    Io {
+        /// What was to be written.
+        path: PathBuf,
+        /// Why not.
+        source: std::io::Error,
+    },
+    /// A figure could not be drawn.
+    #[error("cannot draw \"{figure}\": {reason}")]
+    Plot {
+        /// Title of the figure.
+        figure: String,
+        /// What the plotter said.
+        reason: String,
+    },
+}
+
+/// Writes the run folder `dir` (made if missing) and returns the path of `report.html`.
+///
+/// `summary.json` is one object for one run and an array for more. `log.csv` has a row a tick; with
+/// several runs each has its own `log-<law>-<adaptation>.csv`.
+pub fn write(dir: &Path, outcomes: &[Outcome]) -> Result<PathBuf, ReportError> {
+    check(outcomes)?;
+    let html = page::render(outcomes)?;
+    fs::create_dir_all(dir).map_err(at(dir))?;
+    write_summary(&dir.join("summary.json"), outcomes)?;
+    for outcome in outcomes {
+        let path = dir.join(log_name(outcome, outcomes.len()));
+        log::write(&path, outcome).map_err(at(&path))?;
+    }
+    let path = dir.join("report.html");
+    fs::write(&path, html).map_err(at(&path))?;
+    Ok(path)
+}
+
+fn check(outcomes: &[Outcome]) -> Result<(), ReportError> {
+    if outcomes.is_empty() {
+        return Err(ReportError::Empty);
+    }
+    let mut seen = HashSet::new();
+    match outcomes.iter().map(Outcome::label).find(|label| !seen.insert(*label)) {
+        Some(label) => Err(ReportError::SameController(label)),
+        None => Ok(()),
+    }
+}
+
+fn write_summary(path: &Path, outcomes: &[Outcome]) -> Result<(), ReportError> {
+    let file = BufWriter::new(File::create(path).map_err(at(path))?);
+    match outcomes {
+        [outcome] => serde_json::to_writer_pretty(file, outcome),
+        _ => serde_json::to_writer_pretty(file, outcomes),
+    }
+    .map_err(|error| at(path)(error.into()))
+}
+
+fn log_name(outcome: &Outcome, runs: usize) -> String {
+    if runs == 1 {
+        return "log.csv".into();
+    }
+    format!("log-{}-{}.csv", value_name(outcome.law), value_name(outcome.adaptation))
+}
+
+fn value_name(value: impl ValueEnum) -> String {
+    value.to_possible_value().map_or_else(String::new, |named| named.get_name().into())
+}
+
+fn at(path: &Path) -> impl FnOnce(std::io::Error) -> ReportError {
+    move |source| ReportError::Io { path: path.into(), source }
+}
