@@ -2,6 +2,8 @@
 //! metrics and reports. It knows the controller only by bytes on the bus, pins and telemetry.
 
 pub mod chips;
+pub mod cli;
 pub mod outcome;
 pub mod plant;
 pub mod report;
+pub mod scenario;
