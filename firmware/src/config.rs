@@ -1,6 +1,7 @@
 //! Configuration: plain physical values, refused by name before they become coefficients.
 
 use shared::arm::{Arm, Inertial, JOINTS, PAYLOAD, REFERENCE};
+use shared::wire::biss_c::Layout;
 
 /// Lengths of the MDH table, m; see [`shared::arm::Geometry`].
 #[repr(C)]
@@ -154,6 +155,10 @@ const SPAN_MAX_COUNTS: f32 = 67_108_864.0;
 /// Counts a tick at the speed limit, with 6 fractional bits below the rounder's 2²² and a reserve of 2.
 const STEP_MAX_COUNTS: f32 = 32_768.0;
 
+/// Widths of position word that the frame has room for.
+const ENCODER_BITS_MIN: f32 = 12.0;
+const ENCODER_BITS_MAX: f32 = 32.0;
+
 const fn body(b: &Inertial, scale: f32) -> Body {
     let c = b.com_m;
     let i = b.inertia_com_kg_m2;
@@ -286,7 +291,7 @@ impl Joint {
         within("q_max", j, self.q_max, self.q_min, 60.0)?;
         within("qd_max", j, self.qd_max, 1e-3, 10.0)?;
         within("tau_max", j, self.tau_max, 1.0, 1e6)?;
-        within("encoder_bits", j, self.encoder_bits as f32, 12.0, 32.0)?;
+        within("encoder_bits", j, self.encoder_bits as f32, ENCODER_BITS_MIN, ENCODER_BITS_MAX)?;
         within("encoder_lsb", j, self.encoder_lsb, 1e-9, 1e-3)?;
         let top = self.q_min;
         let bottom = self.q_max - SPAN_MAX_COUNTS * self.encoder_lsb;
@@ -296,6 +301,20 @@ impl Joint {
         within("latch_offset_s", j, self.latch_offset_s, 0.0, 0.5 / tick_hz)?;
         within("drive_full_scale", j, self.drive_full_scale, self.tau_max, 2e6)?;
         within("torque_full_scale", j, self.torque_full_scale, self.tau_max, 2e6)
+    }
+}
+
+impl Joint {
+    /// Layout of the encoder's frames.
+    pub(crate) fn layout(&self, j: usize) -> Result<Layout, ConfigError> {
+        let value = self.encoder_bits as f32;
+        Layout::new(self.encoder_bits).ok_or(ConfigError {
+            field: "encoder_bits",
+            index: j,
+            value,
+            min: ENCODER_BITS_MIN,
+            max: ENCODER_BITS_MAX,
+        })
     }
 }
 

@@ -56,19 +56,20 @@ struct Coefficients {
 }
 
 impl Coefficients {
-    fn new(config: &Config) -> Self {
+    fn new(config: &Config) -> Result<Self, ConfigError> {
         let tick_hz = config.tick_hz as f32;
         let joints = &config.joints;
         let omega = config.gains.observer_rad_s;
-        Self {
-            layouts: joints.map(|j| Layout::new(j.encoder_bits)),
+        let [l1, l2, l3, l4] = joints;
+        Ok(Self {
+            layouts: [l1.layout(0)?, l2.layout(1)?, l3.layout(2)?, l4.layout(3)?],
             observers: joints.map(|j| estimator::Coefficients::new(&j, omega, tick_hz)),
             dynamics: dynamics::Constants::new(&config.arm),
             law: law::Coefficients::new(&config.gains, tick_hz),
             timing: Timing::new(config.tick_hz, joints.map(|j| Range::new(&j))),
             tau_max: joints.map(|j| j.tau_max).into(),
             codes_per_torque: joints.map(|j| DAC_HALF_SCALE / j.drive_full_scale).into(),
-        }
+        })
     }
 }
 
@@ -112,7 +113,7 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
             io,
             adc: Ads131m04::new(),
             dac: Dac81404::new(),
-            coefficients: Coefficients::new(config),
+            coefficients: Coefficients::new(config)?,
             mode: Mode::RESET,
             observers: [Observer::default(); JOINTS],
             d_hat: JointVector::repeat(0.0),
@@ -157,11 +158,7 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
     /// Passes the last tick's torques on, if all four arrived.
     #[inline(always)]
     fn update(&mut self) -> bool {
-        if self.acknowledged {
-            self.io.outputs.pulse_ldac()
-        } else {
-            self.io.outputs.rest_ldac()
-        }
+        if self.acknowledged { self.io.outputs.pulse_ldac() } else { self.io.outputs.rest_ldac() }
     }
 
     /// Reads encoders, in joint order as their latch offsets assume, and the torque converter.
@@ -169,17 +166,18 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
     fn sample(&mut self) {
         self.record.rejected = 0;
         for j in 0..JOINTS {
-            let sample = encoder::read(&mut self.io.encoders[j], &self.coefficients.layouts[j]).ok();
+            let sample =
+                encoder::read(&mut self.io.encoders[j], &self.coefficients.layouts[j]).ok();
             let fresh = self.lost[j] >= LOST_MAX;
             if let Some(sample) = &sample {
-                self.code[j] = sample.position;
+                self.code[j] = sample.code;
                 if fresh {
-                    self.observers[j] = Observer::at_rest(sample.position);
+                    self.observers[j] = Observer::at_rest(sample.code);
                 }
             }
             self.count(j, sample.is_some());
             let observer = &self.coefficients.observers[j];
-            self.observers[j].update(observer, sample.map(|s| s.position));
+            self.observers[j].update(observer, sample.map(|s| s.code));
         }
         if self.adc_ready {
             let sample = self.adc.sample(&mut self.io.adc).ok();
@@ -261,7 +259,8 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
         let saturated = wanted.torque.zip_map(&torque, |w, t| if w == t { 0.0 } else { 1.0 });
         if self.mode.adapts() {
             // A joint at its torque limit learns nothing: its error is not the disturbance's.
-            let step = wanted.adaptation.zip_map(&saturated, |s, at| if at == 0.0 { s } else { 0.0 });
+            let step =
+                wanted.adaptation.zip_map(&saturated, |s, at| if at == 0.0 { s } else { 0.0 });
             self.d_hat = law::adapt(&c.law, &self.d_hat, &step);
         }
         self.record.saturated = law::bits(saturated);
@@ -303,8 +302,8 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
         self.record.dac = codes.into();
         if self.dac_ready {
             let acknowledge = self.dac.write(&mut self.io.dac, self.record.dac);
-            self.acknowledged = acknowledge.all;
-            self.count(DAC, acknowledge.all);
+            self.acknowledged = acknowledge.accepted;
+            self.count(DAC, acknowledge.accepted);
         }
     }
 

@@ -53,11 +53,7 @@ pub fn forward(g: &Geometry, q: &JointVector) -> Pose {
         -p.c1 * p.cw, -p.s1, p.c1 * p.sw,
         -p.sw, 0.0, -p.cw,
     );
-    let position_m = Vector3::new(
-        -p.s1 * p.x + p.c1 * g.d3_m,
-        p.c1 * p.x + p.s1 * g.d3_m,
-        p.z,
-    );
+    let position_m = Vector3::new(-p.s1 * p.x + p.c1 * g.d3_m, p.c1 * p.x + p.s1 * g.d3_m, p.z);
     Pose { position_m, rotation }
 }
 

@@ -126,7 +126,9 @@ impl Mode {
                     Err(refusal) => (self, refusal),
                 }
             }
-            (Self::Moving(_), Some(Command::Start(_))) => (self.advance(timing, events), Refusal::Busy),
+            (Self::Moving(_), Some(Command::Start(_))) => {
+                (self.advance(timing, events), Refusal::Busy)
+            }
             (Self::Boot { .. }, Some(_)) | (_, Some(Command::Arm | Command::Start(_))) => {
                 (self.advance(timing, events), Refusal::WrongMode)
             }

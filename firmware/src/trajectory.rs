@@ -143,8 +143,7 @@ impl Motion {
             let span = i64::from(self.trajectory.amplitude_q5[j]) * i64::from(shape.s_q31) >> 30;
             set_point.position[j] = self.trajectory.origin_q6[j].wrapping_add(span as u32);
             set_point.velocity[j] = self.amplitude[j] * (shape.ds * self.rate);
-            set_point.acceleration[j] =
-                self.amplitude[j] * (shape.dds * (self.rate * self.rate));
+            set_point.acceleration[j] = self.amplitude[j] * (shape.dds * (self.rate * self.rate));
         }
         set_point
     }
@@ -201,9 +200,8 @@ fn quintic(x_q32: u32) -> Shape {
     let x2 = high(x_q32, x_q32);
     let x3 = high(x2, x_q32);
     // The bracket lies in 1..=10: 28 fractional bits fill a word.
-    let bracket_q28 = (10u32 << 28)
-        .wrapping_sub(high(15 << 28, x_q32))
-        .wrapping_add(high(6 << 28, x2));
+    let bracket_q28 =
+        (10u32 << 28).wrapping_sub(high(15 << 28, x_q32)).wrapping_add(high(6 << 28, x2));
     let s_q31 = ((u64::from(x3) * u64::from(bracket_q28)) >> 29) as u32;
     let x = x_q32 as f32 * X_STEP;
     let y = 1.0 - x;

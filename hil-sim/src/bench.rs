@@ -11,6 +11,8 @@ use embedded_hal::spi::{self, Operation, SpiDevice};
 use firmware::io::{Inputs, Io, Outputs};
 use shared::arm::{Arm, JOINTS};
 
+use shared::wire::biss_c::LATCH_DELAY_S;
+
 use crate::chips::ads131m04::Ads131m04;
 use crate::chips::dac81404::Dac81404;
 use crate::chips::encoder::Encoder;
@@ -66,11 +68,14 @@ pub struct Bench {
 
 impl Bench {
     /// Chips fitted to `arm`, just powered up.
+    ///
+    /// # Panics
+    /// If no encoder of the arm's width exists; scenarios are refused before that.
     pub fn new(arm: &Arm, skew_s: f64, seed: u64) -> Self {
         Self {
-            encoders: arm.encoders.map(Encoder::new),
-            adc: Ads131m04::new(ADC_CLOCK_ERROR_PPM, seed),
-            dac: Dac81404::new(),
+            encoders: arm.encoders.map(|e| Encoder::new(e).expect("a width that a head has")),
+            adc: Ads131m04::new(seed, ADC_CLOCK_ERROR_PPM),
+            dac: Dac81404::default(),
             outputs: OutputLevels::default(),
             brake_open: [false; JOINTS],
             emergency_stop: [true; 2],
@@ -104,7 +109,7 @@ impl Bench {
         match device {
             Device::Encoder(j) => {
                 let Motion { q, qd, qdd } = &self.motion;
-                let t = self.cursor_s;
+                let t = self.cursor_s + LATCH_DELAY_S;
                 self.encoders[j].transfer(q[j] + t * (qd[j] + 0.5 * t * qdd[j]), miso);
                 self.cursor_s += self.skew_s;
             }
@@ -133,7 +138,7 @@ impl Bench {
             }
             Output::AdcReset => {
                 o.adc_reset = high;
-                self.adc.set_reset(!high);
+                self.adc.set_reset_pin(high);
             }
             Output::Watchdog => o.watchdog = high,
         }

@@ -11,6 +11,7 @@ use shared::arm::{Arm, JOINTS, REFERENCE};
 use shared::command::Command;
 use shared::fault::{Fault, Mode, Refusal};
 use shared::telemetry::Record;
+use shared::wire::biss_c::LATCH_DELAY_S;
 use thiserror::Error;
 
 use crate::bench::{self, Bench, Motion};
@@ -62,7 +63,7 @@ pub fn config_of(scenario: &Scenario) -> Config {
         scenario.model.payload_kg as f32,
     );
     for (j, joint) in config.joints.iter_mut().enumerate() {
-        joint.latch_offset_s = (j as f64 * scenario.encoders.skew_s) as f32;
+        joint.latch_offset_s = (LATCH_DELAY_S + j as f64 * scenario.encoders.skew_s) as f32;
     }
     let gains = &mut config.gains;
     gains.law = match (c.law, c.adaptation) {
@@ -88,8 +89,7 @@ pub fn run(scenario: &Scenario, options: Options<'_>) -> Result<Outcome, RunErro
     let arm = arm_of(scenario);
     let bench = Rc::new(RefCell::new(Bench::new(&arm, scenario.encoders.skew_s, scenario.seed)));
     let config = config_of(scenario);
-    let controller =
-        Executive::new(&config, bench::wire(&bench)).map_err(RunError::Config)?;
+    let controller = Executive::new(&config, bench::wire(&bench)).map_err(RunError::Config)?;
     let mut session = Session::new(scenario, arm, bench, options.keep_rows);
     let started = Instant::now();
     session.until_done(controller, options.progress);
@@ -124,8 +124,8 @@ impl<'a> Session<'a> {
         let path = Path::of(scenario);
         let plant_of = &scenario.plant;
         let ratios = match plant_of.disturbance {
-            scenario::Disturbance::Fixed(r) => Ratios::fixed(r),
-            scenario::Disturbance::EachTick => Ratios::redrawn(scenario.seed),
+            scenario::Disturbance::Fixed(r) => Ratios::Fixed(r),
+            scenario::Disturbance::EachTick => Ratios::Redrawn(scenario.seed),
         };
         let disturbance = Disturbance::new(plant_of.friction, ratios);
         let plant = Plant::at_rest(&arm, scenario.trajectory.q0, disturbance, plant_of.substeps);

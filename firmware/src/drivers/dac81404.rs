@@ -54,7 +54,7 @@ const SETTINGS: [Setting; 7] = [
     Setting::readable(register::DACPWDWN, !ALL_CHANNELS),
 ];
 
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum State {
     /// Number of settings written so far.
     Booting(usize),
@@ -63,6 +63,7 @@ enum State {
 }
 
 /// Driver of one DAC81404.
+#[derive(Debug)]
 pub struct Dac81404 {
     state: State,
 }
