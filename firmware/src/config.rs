@@ -1,7 +1,7 @@
 //! Configuration: plain physical values, refused by name before they become coefficients.
 
 use shared::arm::{Arm, Inertial, JOINTS, PAYLOAD, REFERENCE};
-use shared::wire::biss_c::Layout;
+use shared::wire::biss_c::{LATCH_DELAY_S, Layout};
 
 /// Lengths of the MDH table, m; see [`shared::arm::Geometry`].
 #[repr(C)]
@@ -187,7 +187,7 @@ const fn joint(arm: &Arm, j: usize) -> Joint {
         encoder_bits: encoder.bits,
         encoder_lsb: encoder.lsb as f32,
         encoder_zero: encoder.zero as f32,
-        latch_offset_s: 0.0,
+        latch_offset_s: LATCH_DELAY_S as f32,
         drive_full_scale: arm.drive_full_scale[j] as f32,
         torque_full_scale: arm.torque_full_scale[j] as f32,
     }

