@@ -2,6 +2,7 @@
 //!
 //! Positions are computed in integers: an `f32` s(x) would cost half a count of noise.
 
+use bytemuck::{Pod, Zeroable};
 use core::f32::consts::PI;
 
 use shared::arm::JOINTS;
@@ -32,7 +33,7 @@ impl SetPoint {
 
 /// What the generator needs of one joint.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Range {
     min_code: i32,
     max_code: i32,
