@@ -1,1 +1,3 @@
 //! Wire formats of the three kinds of device on the bus, with their checks.
+
+pub mod ads131m04;
