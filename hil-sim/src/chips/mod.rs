@@ -1,1 +1,3 @@
 //! Simulated devices at register level.
+
+pub mod ads131m04;
