@@ -153,7 +153,7 @@ fn disturbances(outcomes: &[Outcome]) -> Result<Figure, ReportError> {
     let mut names = vec![("true disturbance d of each run".into(), REFERENCE)];
     let adapting = outcomes.iter().filter(|o| adapts(o));
     names.extend(adapting.map(|o| (format!("d̂, {}", o.label()), controller(o))));
-    let caption = "The estimate starts at zero. Laws that do not adapt have none.".into();
+    let caption = "Laws that do not adapt have no estimate.".into();
     drawn("8. Disturbance and its estimate", caption, names, panels)
 }
 

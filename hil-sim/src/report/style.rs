@@ -16,8 +16,8 @@ pub(super) struct Stroke {
 
 const INERTIA: Stroke = stroke(0x0072B2, 3, "none");
 const PD: Stroke = stroke(0xD55E00, 3, "14 7");
-const PAPER: Stroke = stroke(0x009E73, 3, "4 6");
-const FIXED: Stroke = stroke(0xE69F00, 3, "16 6 3 6");
+const PAPER: Stroke = stroke(0xCC79A7, 3, "4 6");
+const FIXED: Stroke = stroke(0x009E73, 3, "16 6 3 6");
 
 /// A controller looks the same in every report.
 pub(super) const fn controller(outcome: &Outcome) -> Stroke {
@@ -38,7 +38,7 @@ pub(super) const LIMIT: Stroke = stroke(0x000000, 2, "10 6");
 pub(super) const POSES: [Stroke; 3] =
     [stroke(0xA6CBE6, 4, "none"), stroke(0x4A8FC4, 4, "none"), stroke(0x0B3C66, 4, "none")];
 
-pub(super) const TIP_PATH: Stroke = stroke(0xCC79A7, 3, "none");
+pub(super) const TIP_PATH: Stroke = stroke(0xE69F00, 3, "none");
 
 const fn stroke(rgb: u32, width_px: u32, dash: &'static str) -> Stroke {
     let [_, red, green, blue] = rgb.to_be_bytes();
