@@ -1,7 +1,16 @@
 //! Plant-in-the-loop harness: the arm in `f64`, its devices at register level, a mocked bus, scenarios,
 //! metrics and reports. It knows the controller only by bytes on the bus, pins and telemetry.
 
+pub mod bench;
 pub mod chips;
+pub mod cli;
+pub mod commands;
+pub mod metrics;
+pub mod operator;
 pub mod outcome;
+pub mod path;
 pub mod plant;
 pub mod report;
+pub mod run;
+pub mod scenario;
+pub mod truth;

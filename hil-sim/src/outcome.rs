@@ -105,6 +105,11 @@ pub struct Outcome {
 }
 
 impl Outcome {
+    /// Whether the run ended without a fault and within its limits.
+    pub fn is_good(&self) -> bool {
+        self.faults.is_empty() && self.broken_limits.is_empty()
+    }
+
     /// How tables and legends call this run's controller.
     pub fn label(&self) -> &'static str {
         match (self.law, self.adaptation) {

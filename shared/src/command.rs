@@ -21,8 +21,8 @@ pub struct Trajectory {
     pub allow_velocity_step: bool,
     /// Duration in ticks.
     pub duration_ticks: u32,
-    /// Start, in encoder counts with 8 fractional bits, modulo 2³².
-    pub origin_q8: [u32; JOINTS],
+    /// Start, in encoder counts with 6 fractional bits, modulo 2³².
+    pub origin_q6: [u32; JOINTS],
     /// Amplitude, in encoder counts with 5 fractional bits.
     pub amplitude_q5: [i32; JOINTS],
 }
@@ -56,7 +56,7 @@ impl Command {
                 bytes[0] = TAG_START;
                 bytes[1] = trajectory.profile as u8;
                 bytes[2] = u8::from(trajectory.allow_velocity_step);
-                let origin = trajectory.origin_q8;
+                let origin = trajectory.origin_q6;
                 let amplitude = trajectory.amplitude_q5.map(|a| a as u32);
                 let words = [trajectory.duration_ticks].into_iter().chain(origin).chain(amplitude);
                 for (slot, word) in bytes[4..].chunks_exact_mut(4).zip(words) {
@@ -84,7 +84,7 @@ impl Command {
                     _ => return None,
                 },
                 duration_ticks: word(bytes, 1),
-                origin_q8: [word(bytes, 2), word(bytes, 3), word(bytes, 4), word(bytes, 5)],
+                origin_q6: [word(bytes, 2), word(bytes, 3), word(bytes, 4), word(bytes, 5)],
                 amplitude_q5: [6, 7, 8, 9].map(|i| word(bytes, i) as i32),
             })),
             _ => None,

@@ -40,12 +40,8 @@ codes! {
         BootTimeout = 201,
         /// A brake's feedback contact did not follow its command in time.
         BrakeNotReleased = 301,
-        /// A value of the estimate or the law was not finite and was replaced.
-        NonFinite = 501,
-        /// A joint passed its speed limit.
-        Overspeed = 302,
-        /// A joint left its range of motion.
-        PositionLimit = 303,
+        /// An output pin could not be driven.
+        PinNotDriven = 302,
         /// The operator's emergency stop is open.
         EmergencyStop = 801,
     }
@@ -60,10 +56,12 @@ codes! {
         Standby = 1,
         /// Torque is preloaded, brakes are opening.
         Arming = 2,
-        /// Brakes open, the law holds or follows the set-point.
-        Tracking = 3,
+        /// Brakes open, the law holds a pose.
+        Holding = 3,
+        /// Brakes open, the law follows a trajectory.
+        Moving = 4,
         /// Latched: brakes set, torque off.
-        Safe = 4,
+        Safe = 5,
     }
 }
 

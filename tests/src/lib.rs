@@ -1,1 +1,4 @@
 //! Product tests: shared loaders of reference data.
+
+pub mod mdh;
+pub mod vectors;

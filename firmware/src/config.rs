@@ -1,0 +1,353 @@
+//! Configuration: plain physical values, refused by name before they become coefficients.
+
+use shared::arm::{Arm, Inertial, JOINTS, PAYLOAD, REFERENCE};
+use shared::wire::biss_c::Layout;
+
+/// Lengths of the MDH table, m; see [`shared::arm::Geometry`].
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Geometry {
+    /// Row 2, a.
+    pub a1_m: f32,
+    /// Row 3, a.
+    pub a2_m: f32,
+    /// Row 4, a.
+    pub a3_m: f32,
+    /// Row 1', d.
+    pub d1_m: f32,
+    /// Row 3, d.
+    pub d3_m: f32,
+}
+
+/// A rigid body in its link's MDH frame; see [`Inertial`].
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Body {
+    /// Mass, kg.
+    pub mass_kg: f32,
+    /// Centre of mass, m.
+    pub com_m: [f32; 3],
+    /// Tensor entries `[Ixx, Iyy, Izz, Ixy, Ixz, Iyz]` about the centre of mass, kg m².
+    pub inertia_com_kg_m2: [f32; 6],
+}
+
+/// The arm as the controller believes it to be.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ArmModel {
+    /// MDH lengths.
+    pub geometry: Geometry,
+    /// Column, boom, forearm, telescope.
+    pub links: [Body; JOINTS],
+    /// What hangs at the tip, in the telescope's frame.
+    pub payload: Body,
+    /// Gravity, m/s².
+    pub gravity_m_s2: f32,
+}
+
+/// One joint's encoder, drive, transducer and limits. SI units; joint 4 in m and N.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Joint {
+    /// Range of motion.
+    pub q_min: f32,
+    /// Range of motion.
+    pub q_max: f32,
+    /// Highest speed of a trajectory.
+    pub qd_max: f32,
+    /// Highest torque command.
+    pub tau_max: f32,
+    /// Width of the encoder's position word.
+    pub encoder_bits: u32,
+    /// One encoder count.
+    pub encoder_lsb: f32,
+    /// Position at code 0.
+    pub encoder_zero: f32,
+    /// From the tick instant to the encoder's latch, s.
+    pub latch_offset_s: f32,
+    /// Drive torque at the DAC's positive full scale.
+    pub drive_full_scale: f32,
+    /// Measured torque at the ADC's positive full scale.
+    pub torque_full_scale: f32,
+}
+
+/// Control law.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Law {
+    /// Backstepping with psi = wa² M².
+    InertiaWeighted = 0,
+    /// Backstepping with a constant diagonal psi.
+    PaperPsi = 1,
+    /// Backstepping without adaptation.
+    FixedGain = 2,
+    /// Computed-torque PD, Eq 29.
+    Pd = 3,
+}
+
+/// Gains of the laws and of the observer.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gains {
+    /// Which law runs.
+    pub law: Law,
+    /// Diagonal of K1, 1/s (Eq 12).
+    pub k1: [f32; JOINTS],
+    /// Diagonal of K2, 1/s (Eq 20).
+    pub k2: [f32; JOINTS],
+    /// Adaptation bandwidth of the inertia-weighted law, rad/s.
+    pub wa_rad_s: f32,
+    /// Diagonal of psi (Eq 19).
+    pub psi: [f32; JOINTS],
+    /// Bound of the disturbance estimate (Eq 5), N m and N.
+    pub d_max: [f32; JOINTS],
+    /// Position gain of the PD, 1/s².
+    pub kp: [f32; JOINTS],
+    /// Velocity gain of the PD, 1/s.
+    pub kd: [f32; JOINTS],
+    /// Double pole of the tracking observer, rad/s.
+    pub observer_rad_s: f32,
+}
+
+/// Everything that a board's owner may set.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Config {
+    /// Ticks a second.
+    pub tick_hz: u32,
+    /// The arm.
+    pub arm: ArmModel,
+    /// Its joints.
+    pub joints: [Joint; JOINTS],
+    /// Gains.
+    pub gains: Gains,
+}
+
+/// A value that cannot be used.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ConfigError {
+    /// Name of the field.
+    pub field: &'static str,
+    /// Which element of it, counted from 0.
+    pub index: usize,
+    /// What was found.
+    pub value: f32,
+    /// Lowest value allowed.
+    pub min: f32,
+    /// Highest value allowed.
+    pub max: f32,
+}
+
+impl core::fmt::Display for ConfigError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let Self { field, index, value, min, max } = self;
+        write!(f, "{field}[{index}] = {value} is outside {min} to {max}")
+    }
+}
+
+/// Lowest tick rate: through the whole chain 500 Hz ends in a limit cycle.
+pub const TICK_HZ_MIN: u32 = 1_000;
+/// Highest tick rate that wire time leaves room for.
+pub const TICK_HZ_MAX: u32 = 8_000;
+
+/// Encoder counts a joint may span: positions are kept as 32-bit words with 6 fractional bits.
+const SPAN_MAX_COUNTS: f32 = 67_108_864.0;
+/// Counts a tick at the speed limit, with 6 fractional bits below the rounder's 2²² and a reserve of 2.
+const STEP_MAX_COUNTS: f32 = 32_768.0;
+
+/// Widths of position word that the frame has room for.
+const ENCODER_BITS_MIN: f32 = 12.0;
+const ENCODER_BITS_MAX: f32 = 32.0;
+
+const fn body(b: &Inertial, scale: f32) -> Body {
+    let c = b.com_m;
+    let i = b.inertia_com_kg_m2;
+    Body {
+        mass_kg: b.mass_kg as f32 * scale,
+        com_m: [c[0] as f32, c[1] as f32, c[2] as f32],
+        inertia_com_kg_m2: [
+            i[0] as f32 * scale,
+            i[1] as f32 * scale,
+            i[2] as f32 * scale,
+            i[3] as f32 * scale,
+            i[4] as f32 * scale,
+            i[5] as f32 * scale,
+        ],
+    }
+}
+
+const fn joint(arm: &Arm, j: usize) -> Joint {
+    let limits = arm.limits[j];
+    let encoder = arm.encoders[j];
+    Joint {
+        q_min: limits.q_min as f32,
+        q_max: limits.q_max as f32,
+        qd_max: limits.qd_max as f32,
+        tau_max: limits.tau_max as f32,
+        encoder_bits: encoder.bits,
+        encoder_lsb: encoder.lsb as f32,
+        encoder_zero: encoder.zero as f32,
+        latch_offset_s: 0.0,
+        drive_full_scale: arm.drive_full_scale[j] as f32,
+        torque_full_scale: arm.torque_full_scale[j] as f32,
+    }
+}
+
+impl ArmModel {
+    /// The controller's model of `arm`, every mass and inertia times `mass_scale`, carrying `payload_kg`.
+    pub const fn new(arm: &Arm, mass_scale: f32, payload_kg: f32) -> Self {
+        let g = &arm.geometry;
+        let l = &arm.links;
+        Self {
+            geometry: Geometry {
+                a1_m: g.a1_m as f32,
+                a2_m: g.a2_m as f32,
+                a3_m: g.a3_m as f32,
+                d1_m: g.d1_m as f32,
+                d3_m: g.d3_m as f32,
+            },
+            links: [
+                body(&l[0], mass_scale),
+                body(&l[1], mass_scale),
+                body(&l[2], mass_scale),
+                body(&l[3], mass_scale),
+            ],
+            payload: body(&PAYLOAD, payload_kg / PAYLOAD.mass_kg as f32),
+            gravity_m_s2: shared::arm::GRAVITY_M_S2 as f32,
+        }
+    }
+}
+
+impl Config {
+    /// Defaults for `arm` at `tick_hz`: the inertia-weighted law with the paper's K1 and K2.
+    pub const fn for_arm(arm: &Arm, tick_hz: u32) -> Self {
+        Self {
+            tick_hz,
+            arm: ArmModel::new(arm, 1.0, 0.0),
+            joints: [joint(arm, 0), joint(arm, 1), joint(arm, 2), joint(arm, 3)],
+            gains: Gains {
+                law: Law::InertiaWeighted,
+                k1: [200.0; JOINTS],
+                k2: [200.0; JOINTS],
+                wa_rad_s: 100.0,
+                // The strongest diagonal that stays quiet at 2 kHz.
+                psi: [7.6e10, 4.9e10, 1.85e10, 4.1e8],
+                d_max: [6_000.0, 20_000.0, 15_000.0, 6_000.0],
+                kp: [9_000.0; JOINTS],
+                kd: [80.0; JOINTS],
+                observer_rad_s: 2_400.0,
+            },
+        }
+    }
+
+    /// Checks every value by name: finite, sign and range.
+    ///
+    /// # Errors
+    /// The first value that is out of range, with its range.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        within("tick_hz", 0, self.tick_hz as f32, TICK_HZ_MIN as f32, TICK_HZ_MAX as f32)?;
+        self.arm.validate()?;
+        for (j, joint) in self.joints.iter().enumerate() {
+            joint.validate(j, self.tick_hz as f32)?;
+        }
+        self.gains.validate(self.tick_hz as f32)
+    }
+}
+
+impl Default for Config {
+    /// The reference arm at 2 kHz.
+    fn default() -> Self {
+        const { Self::for_arm(&REFERENCE, 2_000) }
+    }
+}
+
+impl ArmModel {
+    fn validate(&self) -> Result<(), ConfigError> {
+        let g = &self.geometry;
+        let lengths = [g.a1_m, g.a2_m, g.a3_m, g.d1_m, g.d3_m];
+        all("geometry_m", &lengths, -20.0, 20.0)?;
+        within("gravity_m_s2", 0, self.gravity_m_s2, 0.0, 20.0)?;
+        for (i, link) in self.links.iter().enumerate() {
+            within("links.mass_kg", i, link.mass_kg, 1.0, 20_000.0)?;
+            link.validate()?;
+        }
+        within("payload.mass_kg", 0, self.payload.mass_kg, 0.0, 5_000.0)?;
+        self.payload.validate()
+    }
+}
+
+impl Body {
+    fn validate(&self) -> Result<(), ConfigError> {
+        all("com_m", &self.com_m, -20.0, 20.0)?;
+        let [ixx, iyy, izz, ixy, ixz, iyz] = self.inertia_com_kg_m2;
+        all("inertia_com_kg_m2 moments", &[ixx, iyy, izz], 0.0, 1e6)?;
+        all("inertia_com_kg_m2 products", &[ixy, ixz, iyz], -1e6, 1e6)
+    }
+}
+
+impl Joint {
+    fn validate(&self, j: usize, tick_hz: f32) -> Result<(), ConfigError> {
+        within("q_min", j, self.q_min, -60.0, 60.0)?;
+        within("q_max", j, self.q_max, self.q_min, 60.0)?;
+        within("qd_max", j, self.qd_max, 1e-3, 10.0)?;
+        within("tau_max", j, self.tau_max, 1.0, 1e6)?;
+        within("encoder_bits", j, self.encoder_bits as f32, ENCODER_BITS_MIN, ENCODER_BITS_MAX)?;
+        within("encoder_lsb", j, self.encoder_lsb, 1e-9, 1e-3)?;
+        let top = self.q_min;
+        let bottom = self.q_max - SPAN_MAX_COUNTS * self.encoder_lsb;
+        within("encoder_zero", j, self.encoder_zero, bottom, top)?;
+        let step_max = self.encoder_lsb * STEP_MAX_COUNTS * tick_hz;
+        within("qd_max against encoder_lsb", j, self.qd_max, 0.0, step_max)?;
+        within("latch_offset_s", j, self.latch_offset_s, 0.0, 0.5 / tick_hz)?;
+        within("drive_full_scale", j, self.drive_full_scale, self.tau_max, 2e6)?;
+        within("torque_full_scale", j, self.torque_full_scale, self.tau_max, 2e6)
+    }
+}
+
+impl Joint {
+    /// Layout of the encoder's frames.
+    pub(crate) fn layout(&self, j: usize) -> Result<Layout, ConfigError> {
+        let value = self.encoder_bits as f32;
+        Layout::new(self.encoder_bits).ok_or(ConfigError {
+            field: "encoder_bits",
+            index: j,
+            value,
+            min: ENCODER_BITS_MIN,
+            max: ENCODER_BITS_MAX,
+        })
+    }
+}
+
+impl Gains {
+    fn validate(&self, tick_hz: f32) -> Result<(), ConfigError> {
+        // Discrete stability wants each first-order pole well inside the tick rate.
+        let fastest = 0.5 * tick_hz;
+        all("k1", &self.k1, 1.0, fastest)?;
+        all("k2", &self.k2, 1.0, fastest)?;
+        within("wa_rad_s", 0, self.wa_rad_s, 0.0, 200.0)?;
+        all("psi", &self.psi, 0.0, 1e12)?;
+        all("d_max", &self.d_max, 0.0, 1e6)?;
+        all("kp", &self.kp, 0.0, fastest * fastest)?;
+        all("kd", &self.kd, 0.0, fastest)?;
+        within("observer_rad_s", 0, self.observer_rad_s, 10.0, 3.0 * tick_hz)
+    }
+}
+
+fn all(field: &'static str, values: &[f32], min: f32, max: f32) -> Result<(), ConfigError> {
+    values.iter().enumerate().try_for_each(|(i, &value)| within(field, i, value, min, max))
+}
+
+/// A NaN lies within nothing.
+fn within(
+    field: &'static str,
+    index: usize,
+    value: f32,
+    min: f32,
+    max: f32,
+) -> Result<(), ConfigError> {
+    if value >= min && value <= max {
+        Ok(())
+    } else {
+        Err(ConfigError { field, index, value, min, max })
+    }
+}

@@ -1,0 +1,405 @@
+//! The torque converter ADS131M04 (TI SBAS890D), stepped by the tick: no call waits.
+//!
+//! A sample takes two frames, because the device buffers two conversions and hands out the older one
+//! first (section 8.5.1.9.1). The first frame drains it and carries a register back, the second brings
+//! the newest conversion with the status. After configuration the interface is locked: unlike the input
+//! CRC, the lock also keeps corrupted register writes out (sections 8.3.12 and 8.5.1.10.5).
+
+use super::{Progress, SampleError};
+use embedded_hal::spi::SpiDevice;
+use shared::wire::ads131m04::{
+    self as wire, CODE_MAX, FRAME_BYTES, Frame, FrameError, clock, command, mode, register, status,
+};
+
+/// MODE: input CRC on, reset flag cleared, 24-bit words, CCITT CRC, data-ready as a level.
+const MODE: u16 = mode::RX_CRC_EN | status::WLENGTH_24 | mode::TIMEOUT;
+
+/// CLOCK: oversampling by 128, so 32 000 conversions a second at 8.192 MHz (Table 8-2): four a tick at
+/// 8 kHz, which keeps both buffered conversions new whatever the two clocks' error.
+const CLOCK: u16 = clock::CHANNELS | clock::HIGH_RESOLUTION;
+
+/// CFG after reset: global chop and current detection off (Table 8-12).
+const CFG: u16 = 0x0600;
+
+/// Status of a healthy, configured device with new data on all channels.
+const HEALTHY: u16 = status::LOCK | status::WLENGTH_24 | status::DRDY;
+
+const NULL: [u8; FRAME_BYTES] = wire::request(command::NULL);
+
+/// One frame of the boot: what is sent, and the answer due in it to the frame before.
+struct Step {
+    request: [u8; FRAME_BYTES],
+    mask: u16,
+    answer: u16,
+}
+
+const fn step(request: [u8; FRAME_BYTES], mask: u16, answer: u16) -> Step {
+    Step { request, mask, answer }
+}
+
+/// Identifies, writes, reads back, locks. The conversions that come with the last three frames are
+/// discarded, so the filter has settled (Table 8-3: 856 clocks, 105 us) before the boot ends.
+static BOOT: [Step; 10] = [
+    // Reset acknowledge and status after reset have these bits in common; a running device has not.
+    step(
+        wire::request(command::read(register::ID)),
+        status::RESET | status::WLENGTH_24,
+        status::RESET | status::WLENGTH_24,
+    ),
+    step(wire::write_request(register::MODE, MODE), 0xFF00, 0x2400),
+    step(wire::write_request(register::CLOCK, CLOCK), !0, command::written(register::MODE)),
+    step(wire::request(command::read(register::MODE)), !0, command::written(register::CLOCK)),
+    step(wire::request(command::read(register::CLOCK)), !0, MODE),
+    step(wire::request(command::LOCK), !0, CLOCK),
+    step(NULL, !0, command::LOCK),
+    step(NULL, !status::F_RESYNC, HEALTHY),
+    step(NULL, !0, HEALTHY),
+    step(READBACK[0].request, !0, HEALTHY),
+];
+
+/// A register that is read back in turn while running, and what it must hold.
+struct Readback {
+    request: [u8; FRAME_BYTES],
+    content: u16,
+}
+
+const fn readback(address: u8, content: u16) -> Readback {
+    Readback { request: wire::request(command::read(address)), content }
+}
+
+/// A power of two of registers, so that the turn is a mask.
+static READBACK: [Readback; 4] = [
+    readback(register::MODE, MODE),
+    readback(register::CLOCK, CLOCK),
+    readback(register::GAIN, 0),
+    readback(register::CFG, CFG),
+];
+
+/// Read-backs in a row that must differ before the configuration counts as lost: repeated frames can
+/// fake one or two.
+const MISMATCHES: u8 = 3;
+
+/// One conversion of all channels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sample {
+    /// Conversions of channels 0 to 3; 2²³ codes are full scale (Equation 10).
+    pub codes: [i32; 4],
+    /// One bit a channel whose code is clipped at either rail.
+    pub overrange: u8,
+    /// The device refused a command because of its CRC; the conversion itself is good.
+    pub command_refused: bool,
+}
+
+/// Driver state.
+#[derive(Clone, Debug)]
+pub struct Ads131m04 {
+    progress: Progress,
+    /// Row of the boot, then of the register that is due.
+    turn: usize,
+    /// How often in a row the register that is due was another than expected.
+    mismatches: u8,
+    codes: [i32; 4],
+    status: u16,
+}
+
+impl Default for Ads131m04 {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Ads131m04 {
+    /// For a device that was reset by its pin at least 5 us ago (tREGACQ, section 6.7).
+    pub const fn new() -> Self {
+        Self { progress: Progress::Busy, turn: 0, mismatches: 0, codes: [0; 4], status: 0 }
+    }
+
+    /// Status word that came with the last conversion whose CRC matched, used or not.
+    pub fn status(&self) -> u16 {
+        self.status
+    }
+
+    /// Sends one frame of the boot; ten calls, at no more than 10 kHz so that the filter settles.
+    pub fn boot_step(&mut self, spi: &mut impl SpiDevice) -> Progress {
+        let (Progress::Busy, Some(step)) = (self.progress, BOOT.get(self.turn)) else {
+            return self.progress;
+        };
+        let frame = exchange(spi, &step.request).and_then(|bytes| Ok(wire::decode(&bytes)?));
+        self.turn += 1;
+        self.progress = match frame {
+            Ok(frame) if frame.response & step.mask != step.answer => Progress::Failed,
+            Err(_) => Progress::Failed,
+            Ok(_) if self.turn == BOOT.len() => Progress::Ready,
+            Ok(_) => Progress::Busy,
+        };
+        if self.progress == Progress::Ready {
+            self.turn = 0;
+        }
+        self.progress
+    }
+
+    /// Reads the newest conversion: two frames, 36 bytes.
+    ///
+    /// Errors: `Stale` if there was none since the last sample, if its codes are those of the last one
+    /// (their noise makes that a repeated frame), or if the filters were restarted; `Device` if the
+    /// device was reset, unlocked, or read back another configuration three times in a row; `Framing`
+    /// if a frame went missing between the two or the word length changed.
+    pub fn sample(&mut self, spi: &mut impl SpiDevice) -> Result<Sample, SampleError> {
+        let older = exchange(spi, &NULL)?;
+        let due = READBACK[self.turn % READBACK.len()].content;
+        let following = self.turn.wrapping_add(1);
+        // Seen by the device or not: a frame that it did not see leaves no register due.
+        self.turn = following;
+        let newest = exchange(spi, &READBACK[following % READBACK.len()].request)?;
+        let frame = wire::decode(&newest)?;
+        self.status = frame.response;
+
+        let [r1, r0, ..] = older;
+        let mut command_refused = false;
+        if frame.response == HEALTHY && u16::from_be_bytes([r1, r0]) == due {
+            self.mismatches = 0;
+        } else {
+            command_refused = self.diagnose(&older, frame.response, due)?;
+        }
+        if frame.codes == self.codes {
+            return Err(SampleError::Stale);
+        }
+        self.codes = frame.codes;
+        Ok(Sample { codes: frame.codes, overrange: overrange(&frame.codes), command_refused })
+    }
+
+    /// Tells what an unexpected answer means; `Ok` says whether a command was refused.
+    #[cold]
+    fn diagnose(
+        &mut self,
+        older: &[u8; FRAME_BYTES],
+        newest: u16,
+        due: u16,
+    ) -> Result<bool, SampleError> {
+        const TRANSIENT: u16 = status::CRC_ERR | status::F_RESYNC | status::DRDY;
+        // The register came one frame late, so the first frame never reached the device.
+        if newest == due {
+            return Err(SampleError::Framing);
+        }
+        let wrong = newest ^ HEALTHY;
+        if wrong & !(TRANSIENT | status::WLENGTH) != 0 {
+            return Err(SampleError::Device);
+        }
+        if wrong & status::WLENGTH != 0 {
+            return Err(SampleError::Framing);
+        }
+        // A frame that is damaged or holds the status reads nothing back, and that is no mismatch.
+        let mut seen = newest;
+        match wire::decode(older) {
+            Ok(Frame { response, .. }) if response == due => self.mismatches = 0,
+            Ok(Frame { response, .. }) if (response ^ HEALTHY) & !TRANSIENT == 0 => {
+                seen |= response & (status::CRC_ERR | status::F_RESYNC);
+            }
+            Ok(_) => self.mismatches = self.mismatches.saturating_add(1),
+            Err(_) => {}
+        }
+        if self.mismatches >= MISMATCHES {
+            return Err(SampleError::Device);
+        }
+        if seen & status::F_RESYNC != 0 || wrong & status::DRDY != 0 {
+            return Err(SampleError::Stale);
+        }
+        Ok(seen & status::CRC_ERR != 0)
+    }
+}
+
+impl From<FrameError> for SampleError {
+    fn from(error: FrameError) -> Self {
+        match error {
+            FrameError::Crc => Self::Crc,
+            FrameError::Padding => Self::Framing,
+        }
+    }
+}
+
+fn exchange(
+    spi: &mut impl SpiDevice,
+    request: &[u8; FRAME_BYTES],
+) -> Result<[u8; FRAME_BYTES], SampleError> {
+    let mut bytes = [0; FRAME_BYTES];
+    spi.transfer(&mut bytes, request).map_err(|_| SampleError::Bus)?;
+    Ok(bytes)
+}
+
+/// Both rails at once: `c ^ (c >> 31)` folds the negative one onto the positive one.
+fn overrange(codes: &[i32; 4]) -> u8 {
+    let [a, b, c, d] = codes.map(|code| u8::from(code ^ (code >> 31) == CODE_MAX));
+    a | b << 1 | c << 2 | d << 3
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use super::*;
+    use embedded_hal_mock::eh1::spi::{Mock, Transaction};
+    use std::vec::Vec;
+
+    const CODES: [i32; 4] = [1, -2, 3, -4];
+
+    fn frame(response: u16, codes: [i32; 4]) -> [u8; FRAME_BYTES] {
+        wire::encode(&Frame { response, codes })
+    }
+
+    fn run<T>(
+        frames: &[(&[u8; FRAME_BYTES], [u8; FRAME_BYTES])],
+        call: impl FnOnce(&mut Mock<u8>) -> T,
+    ) -> T {
+        let transactions: Vec<_> = frames
+            .iter()
+            .flat_map(|(request, answer)| {
+                [
+                    Transaction::transaction_start(),
+                    Transaction::transfer(request.to_vec(), answer.to_vec()),
+                    Transaction::transaction_end(),
+                ]
+            })
+            .collect();
+        let mut spi = Mock::new(&transactions);
+        let result = call(&mut spi);
+        spi.done();
+        result
+    }
+
+    /// One sample with these two answers; `turn` is the register that was due in the first.
+    fn sample(
+        adc: &mut Ads131m04,
+        older: [u8; FRAME_BYTES],
+        newest: [u8; FRAME_BYTES],
+    ) -> Result<Sample, SampleError> {
+        let request = &READBACK[(adc.turn + 1) % READBACK.len()].request;
+        run(&[(&NULL, older), (request, newest)], |spi| adc.sample(spi))
+    }
+
+    fn due(adc: &Ads131m04) -> [u8; FRAME_BYTES] {
+        frame(READBACK[adc.turn % READBACK.len()].content, [9; 4])
+    }
+
+    /// Answers of a healthy device, written out from Table 8-11 and the register values.
+    const ANSWERS: [u16; 10] =
+        [0xFF24, 0x2437, 0x4100, 0x4180, 0x1110, 0x0F02, 0x0555, 0xC10F, 0x810F, 0x810F];
+
+    fn boot(adc: &mut Ads131m04, answers: &[u16]) -> Progress {
+        answers.iter().enumerate().fold(Progress::Busy, |_, (row, answer)| {
+            run(&[(&BOOT[row].request, frame(*answer, CODES))], |spi| adc.boot_step(spi))
+        })
+    }
+
+    #[test]
+    fn boots_on_the_answers_of_a_healthy_device() {
+        let mut adc = Ads131m04::new();
+        assert_eq!(boot(&mut adc, &ANSWERS[..9]), Progress::Busy);
+        let last = run(&[(&BOOT[9].request, frame(0x810F, CODES))], |spi| adc.boot_step(spi));
+        assert_eq!(last, Progress::Ready);
+        assert_eq!(run(&[], |spi| adc.boot_step(spi)), Progress::Ready);
+    }
+
+    #[test]
+    fn boot_fails_for_good_on_any_wrong_answer() {
+        for row in 0..ANSWERS.len() {
+            let mut answers = ANSWERS;
+            answers[row] ^= 0x8500;
+            let mut adc = Ads131m04::new();
+            assert_eq!(boot(&mut adc, &answers[..=row]), Progress::Failed, "row {row}");
+            assert_eq!(run(&[], |spi| adc.boot_step(spi)), Progress::Failed);
+        }
+    }
+
+    /// A controller that restarts beside a running converter must not take it for a fresh one.
+    #[test]
+    fn boot_refuses_a_device_that_was_not_reset() {
+        assert_eq!(boot(&mut Ads131m04::new(), &[0x810F]), Progress::Failed);
+    }
+
+    #[test]
+    fn the_newer_of_two_conversions_is_used() {
+        let mut adc = Ads131m04::new();
+        let codes = [CODE_MAX, 5, wire::CODE_MIN, CODE_MAX - 1];
+        let older = due(&adc);
+        let expected = Sample { codes, overrange: 0b0101, command_refused: false };
+        assert_eq!(sample(&mut adc, older, frame(0x810F, codes)), Ok(expected));
+    }
+
+    #[test]
+    fn status_words_are_told_apart() {
+        for (status, expected) in [
+            (0x810F, Ok(false)),
+            (0x910F, Ok(true)),
+            (0x8100, Err(SampleError::Stale)),
+            (0x8107, Err(SampleError::Stale)),
+            (0xC10F, Err(SampleError::Stale)),
+            (0x850F, Err(SampleError::Device)),
+            (0x010F, Err(SampleError::Device)),
+            (0x050F, Err(SampleError::Device)),
+            (0xA10F, Err(SampleError::Device)),
+            (command::RESET_DONE, Err(SampleError::Device)),
+            (0x830F, Err(SampleError::Framing)),
+        ] {
+            let mut adc = Ads131m04::new();
+            let older = due(&adc);
+            let result = sample(&mut adc, older, frame(status, CODES));
+            assert_eq!(result.map(|s| s.command_refused), expected, "{status:#06x}");
+            assert_eq!(adc.status(), status);
+        }
+    }
+
+    #[test]
+    fn damaged_frames_are_refused_by_their_fault() {
+        let mut adc = Ads131m04::new();
+        let mut newest = frame(HEALTHY, CODES);
+        newest[4] ^= 1;
+        let older = due(&adc);
+        assert_eq!(sample(&mut adc, older, newest), Err(SampleError::Crc));
+        newest[4] ^= 1;
+        newest[17] ^= 1;
+        let older = due(&adc);
+        assert_eq!(sample(&mut adc, older, newest), Err(SampleError::Framing));
+        // Damage to the frame that only drains the buffer costs nothing.
+        newest[17] ^= 1;
+        assert!(sample(&mut adc, [0xFF; FRAME_BYTES], newest).is_ok());
+    }
+
+    #[test]
+    fn a_repeated_conversion_is_stale() {
+        let mut adc = Ads131m04::new();
+        let older = due(&adc);
+        assert!(sample(&mut adc, older, frame(HEALTHY, CODES)).is_ok());
+        let older = due(&adc);
+        assert_eq!(sample(&mut adc, older, frame(HEALTHY, CODES)), Err(SampleError::Stale));
+    }
+
+    #[test]
+    fn a_lost_first_frame_costs_one_sample() {
+        let mut adc = Ads131m04::new();
+        let newest = due(&adc);
+        assert_eq!(sample(&mut adc, [0; FRAME_BYTES], newest), Err(SampleError::Framing));
+        let older = due(&adc);
+        assert!(sample(&mut adc, older, frame(HEALTHY, CODES)).is_ok());
+    }
+
+    #[test]
+    fn another_configuration_counts_when_read_back_three_times_running() {
+        let mut adc = Ads131m04::new();
+        let wrong = frame(0x0F06, CODES);
+        for round in 1..9 {
+            let older = if round == 3 { due(&adc) } else { wrong };
+            let result = sample(&mut adc, older, frame(HEALTHY, [round; 4]));
+            assert_eq!(result == Err(SampleError::Device), round >= 6, "round {round}");
+        }
+    }
+
+    #[test]
+    fn a_refused_read_back_is_no_mismatch() {
+        let mut adc = Ads131m04::new();
+        for round in 1..9 {
+            let older = frame(HEALTHY | status::CRC_ERR, CODES);
+            let sample = sample(&mut adc, older, frame(HEALTHY, [round; 4]));
+            assert!(sample.is_ok_and(|sample| sample.command_refused));
+        }
+    }
+}

@@ -1,0 +1,340 @@
+//! The fixed-step executive: one tick walks from the sensors to the drives once, with no way back.
+
+use embedded_hal::digital::{InputPin, OutputPin};
+use embedded_hal::spi::SpiDevice;
+use heapless::spsc::Producer;
+use shared::arm::JOINTS;
+use shared::command::Command;
+use shared::fault::Fault;
+use shared::telemetry::Record;
+use shared::wire::biss_c::Layout;
+
+use crate::JointVector;
+use crate::config::{Config, ConfigError};
+use crate::drivers::ads131m04::Ads131m04;
+use crate::drivers::dac81404::Dac81404;
+use crate::drivers::{Progress, encoder};
+use crate::dynamics;
+use crate::estimator::{self, Observer};
+use crate::io::Io;
+use crate::law::{self, State};
+use crate::math::{clamp_symmetric, round_to_i32};
+use crate::mode::{Events, Mode, Timing};
+use crate::trajectory::{Range, SetPoint};
+
+/// What a tick is handed; it reads no clock and no queue itself.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct TickInput {
+    /// Command that arrived since the last tick.
+    pub command: Option<Command>,
+}
+
+/// Where a tick leaves its record.
+pub trait RecordSink {
+    /// Takes the record, or returns `false` when full.
+    fn push(&mut self, record: &Record) -> bool;
+}
+
+impl RecordSink for Producer<'_, Record> {
+    fn push(&mut self, record: &Record) -> bool {
+        self.enqueue(*record).is_ok()
+    }
+}
+
+/// Configuration turned into what a tick uses.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+struct Coefficients {
+    layouts: [Layout; JOINTS],
+    observers: [estimator::Coefficients; JOINTS],
+    dynamics: dynamics::Constants,
+    law: law::Coefficients,
+    timing: Timing,
+    tau_max: JointVector,
+    /// DAC codes per N m and N.
+    codes_per_torque: JointVector,
+}
+
+impl Coefficients {
+    fn new(config: &Config) -> Result<Self, ConfigError> {
+        let tick_hz = config.tick_hz as f32;
+        let joints = &config.joints;
+        let omega = config.gains.observer_rad_s;
+        let [l1, l2, l3, l4] = joints;
+        Ok(Self {
+            layouts: [l1.layout(0)?, l2.layout(1)?, l3.layout(2)?, l4.layout(3)?],
+            observers: joints.map(|j| estimator::Coefficients::new(&j, omega, tick_hz)),
+            dynamics: dynamics::Constants::new(&config.arm),
+            law: law::Coefficients::new(&config.gains, tick_hz),
+            timing: Timing::new(config.tick_hz, joints.map(|j| Range::new(&j))),
+            tau_max: joints.map(|j| j.tau_max).into(),
+            codes_per_torque: joints.map(|j| DAC_HALF_SCALE / j.drive_full_scale).into(),
+        })
+    }
+}
+
+/// Codes from DAC mid-scale to full scale.
+const DAC_HALF_SCALE: f32 = 32_768.0;
+/// DAC code of no torque, offset binary.
+const DAC_ZERO: u16 = 0x8000;
+/// Samples lost in a row, or DAC writes not acknowledged, that end operation.
+const LOST_MAX: u8 = 3;
+
+/// The controller with everything it owns.
+#[derive(Debug)]
+pub struct Executive<S, O, I> {
+    io: Io<S, O, I>,
+    adc: Ads131m04,
+    dac: Dac81404,
+    coefficients: Coefficients,
+    mode: Mode,
+    observers: [Observer; JOINTS],
+    d_hat: JointVector,
+    /// Last accepted samples.
+    code: [u32; JOINTS],
+    torque_code: [i32; JOINTS],
+    /// Encoders, ADC and DAC: failures in a row; devices that never succeeded stand at the maximum.
+    lost: [u8; JOINTS + 2],
+    adc_ready: bool,
+    dac_ready: bool,
+    /// The DAC holds four good codes that LDAC may pass on.
+    acknowledged: bool,
+    record: Record,
+}
+
+impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
+    /// Builds the controller; no pin is touched before the first tick.
+    ///
+    /// # Errors
+    /// The first value of `config` that is out of range.
+    pub fn new(config: &Config, io: Io<S, O, I>) -> Result<Self, ConfigError> {
+        config.validate()?;
+        Ok(Self {
+            io,
+            adc: Ads131m04::new(),
+            dac: Dac81404::new(),
+            coefficients: Coefficients::new(config)?,
+            mode: Mode::RESET,
+            observers: [Observer::default(); JOINTS],
+            d_hat: JointVector::repeat(0.0),
+            code: [0; JOINTS],
+            torque_code: [0; JOINTS],
+            lost: [LOST_MAX; JOINTS + 2],
+            adc_ready: false,
+            dac_ready: false,
+            acknowledged: false,
+            record: Record::default(),
+        })
+    }
+
+    /// One control tick: update (LDAC), sample, compute, write. The only entry.
+    ///
+    /// Call it every 1 / `tick_hz`. What tick k computes takes effect at the start of tick k + 1, so the
+    /// delay is one tick whatever the computation took; the deadline is the next tick, and half a tick
+    /// for computation and wire together keeps the other half for the idle loop. A late tick stretches
+    /// the observer's step; a missing one leaves the last torque standing until the external watchdog,
+    /// fed once here, opens STO.
+    ///
+    /// Allocates nothing, has no panic path, loops only over joints and reads no clock.
+    #[inline(always)]
+    pub fn tick(&mut self, input: &TickInput, records: &mut impl RecordSink) {
+        let mut driven = self.update();
+        self.sample();
+        self.supervise(input);
+        let set_point = self.mode.set_point();
+        let torque = match &set_point {
+            Some(set_point) => self.control(set_point),
+            None => self.rest(),
+        };
+        let levels = self.mode.levels(&self.coefficients.timing);
+        driven &= self.io.outputs.drive(levels, self.record.tick & 1 == 0);
+        self.write(&torque);
+        if !driven {
+            self.mode = Mode::Safe { fault: Fault::PinNotDriven };
+        }
+        self.publish(records);
+    }
+
+    /// Passes the last tick's torques on, if all four arrived.
+    #[inline(always)]
+    fn update(&mut self) -> bool {
+        if self.acknowledged { self.io.outputs.pulse_ldac() } else { self.io.outputs.rest_ldac() }
+    }
+
+    /// Reads encoders, in joint order as their latch offsets assume, and the torque converter.
+    #[inline(always)]
+    fn sample(&mut self) {
+        self.record.rejected = 0;
+        for j in 0..JOINTS {
+            let sample =
+                encoder::read(&mut self.io.encoders[j], &self.coefficients.layouts[j]).ok();
+            let fresh = self.lost[j] >= LOST_MAX;
+            if let Some(sample) = &sample {
+                self.code[j] = sample.code;
+                if fresh {
+                    self.observers[j] = Observer::at_rest(sample.code);
+                }
+            }
+            self.count(j, sample.is_some());
+            let observer = &self.coefficients.observers[j];
+            self.observers[j].update(observer, sample.map(|s| s.code));
+        }
+        if self.adc_ready {
+            let sample = self.adc.sample(&mut self.io.adc).ok();
+            if let Some(sample) = &sample {
+                self.torque_code = sample.codes;
+            }
+            self.count(ADC, sample.is_some());
+        }
+    }
+
+    /// Counts a success or failure of device `index`.
+    #[inline(always)]
+    fn count(&mut self, index: usize, good: bool) {
+        let lost = &mut self.lost[index];
+        if good {
+            *lost = 0;
+        } else {
+            *lost = if *lost < LOST_MAX { *lost + 1 } else { LOST_MAX };
+            self.record.rejected |= 1 << index;
+        }
+    }
+
+    /// Configures converters during boot and moves the mode machine.
+    #[inline(always)]
+    fn supervise(&mut self, input: &TickInput) {
+        let booting = matches!(self.mode, Mode::Boot { .. });
+        if booting && self.mode.converters_awake(&self.coefficients.timing) {
+            self.configure();
+        }
+        let events = Events {
+            command: input.command,
+            pose: self.observers.map(|o| o.position),
+            ready: self.adc_ready && self.dac_ready && self.lost.iter().all(|&n| n == 0),
+            brakes_open: self.io.inputs.brakes_open(),
+            fault: if booting { Fault::None } else { self.monitor() },
+        };
+        let (mode, refusal) = self.mode.next(&self.coefficients.timing, &events);
+        if mode.adapts() != self.mode.adapts() {
+            self.d_hat = JointVector::repeat(0.0);
+        }
+        self.mode = mode;
+        if input.command.is_some() {
+            self.record.refusal = refusal as u8;
+        }
+    }
+
+    /// One boot step of each converter.
+    fn configure(&mut self) {
+        if !self.adc_ready {
+            self.adc_ready = self.adc.boot_step(&mut self.io.adc) == Progress::Ready;
+        }
+        if !self.dac_ready {
+            self.dac_ready = self.dac.boot_step(&mut self.io.dac) == Progress::Ready;
+        }
+    }
+
+    /// The first thing found wrong outside boot.
+    fn monitor(&mut self) -> Fault {
+        if !self.io.inputs.emergency_stop_healthy() {
+            Fault::EmergencyStop
+        } else if self.lost[..JOINTS].iter().any(|&n| n >= LOST_MAX) {
+            Fault::EncoderLost
+        } else if self.lost[ADC] >= LOST_MAX {
+            Fault::TorqueAdcLost
+        } else if self.lost[DAC] >= LOST_MAX {
+            Fault::DacNotAcknowledged
+        } else {
+            Fault::None
+        }
+    }
+
+    /// The law at the measured state, limited to what the drives may give.
+    #[inline(always)]
+    fn control(&mut self, set_point: &SetPoint) -> JointVector {
+        let state = self.state(set_point);
+        let c = &self.coefficients;
+        let wanted = law::evaluate(&c.law, &c.dynamics, &state, &self.d_hat);
+        let torque = wanted.torque.zip_map(&c.tau_max, clamp_symmetric);
+        let saturated = wanted.torque.zip_map(&torque, |w, t| if w == t { 0.0 } else { 1.0 });
+        if self.mode.adapts() {
+            // A joint at its torque limit learns nothing: its error is not the disturbance's.
+            let step =
+                wanted.adaptation.zip_map(&saturated, |s, at| if at == 0.0 { s } else { 0.0 });
+            self.d_hat = law::adapt(&c.law, &self.d_hat, &step);
+        }
+        self.record.saturated = law::bits(saturated);
+        self.record.adaptation_bound = c.law.at_bound(&self.d_hat);
+        self.record.e1 = state.e1.into();
+        self.record.qd = state.qd.into();
+        self.record.e1_dot = state.e1_dot.into();
+        torque
+    }
+
+    /// Estimates against the set-point, in SI units.
+    #[inline(always)]
+    fn state(&self, set_point: &SetPoint) -> State {
+        let c = &self.coefficients.observers;
+        let o = &self.observers;
+        let q = JointVector::from_fn(|j, _| o[j].position(&c[j]));
+        let qd = JointVector::from_fn(|j, _| o[j].velocity(&c[j]));
+        let e1 = JointVector::from_fn(|j, _| {
+            o[j].position.wrapping_sub(set_point.position[j]) as i32 as f32 * c[j].step
+        });
+        let e1_dot = qd - JointVector::from(set_point.velocity);
+        State { q, qd, e1, e1_dot, qdd_d: set_point.acceleration.into() }
+    }
+
+    /// No torque, and nothing to report of a law.
+    fn rest(&mut self) -> JointVector {
+        let c = &self.coefficients.observers;
+        self.record.qd = core::array::from_fn(|j| self.observers[j].velocity(&c[j]));
+        self.record.e1 = [0.0; JOINTS];
+        self.record.e1_dot = [0.0; JOINTS];
+        self.record.saturated = 0;
+        JointVector::repeat(0.0)
+    }
+
+    /// Encodes torques and writes them; LDAC of the next tick makes them act.
+    #[inline(always)]
+    fn write(&mut self, torque: &JointVector) {
+        let codes = torque.component_mul(&self.coefficients.codes_per_torque).map(dac_code);
+        self.record.dac = codes.into();
+        if self.dac_ready {
+            let acknowledge = self.dac.write(&mut self.io.dac, self.record.dac);
+            self.acknowledged = acknowledge.accepted;
+            self.count(DAC, acknowledge.accepted);
+        }
+    }
+
+    /// Completes and queues the record; a full queue drops it and counts.
+    #[inline(always)]
+    fn publish(&mut self, records: &mut impl RecordSink) {
+        self.record.mode = self.mode.code() as u8;
+        self.record.fault = self.mode.fault() as u16;
+        self.record.phase = self.mode.phase();
+        self.record.code = self.code;
+        self.record.adc = self.torque_code;
+        self.record.d_hat = self.d_hat.into();
+        if !records.push(&self.record) {
+            self.record.dropped = self.record.dropped.saturating_add(1);
+        }
+        self.record.tick = self.record.tick.wrapping_add(1);
+    }
+}
+
+/// Index of the torque converter among the counted devices.
+const ADC: usize = JOINTS;
+/// Index of the DAC among the counted devices.
+const DAC: usize = JOINTS + 1;
+
+/// Offset-binary code of a torque within ±32 768 codes; zero torque for what is not a number.
+#[inline(always)]
+fn dac_code(codes: f32) -> u16 {
+    if codes.abs() <= DAC_HALF_SCALE {
+        let code = round_to_i32(codes) + i32::from(DAC_ZERO);
+        (if code > 0xFFFF { 0xFFFF } else { code }) as u16
+    } else {
+        DAC_ZERO
+    }
+}

@@ -1,0 +1,138 @@
+//! Control laws: adaptive robust backstepping (Eq 10 to 20) and the PD of Eq 29.
+//!
+//! Plant: M qdd + C qd + G = tau - d. With e1 = q - q_d and z = K1 e1 + e1':
+//!
+//! tau_d = M (qdd_d - K1 e1' - K2 z) + C qd + G + d_hat,  d_hat' = Proj(-psi delta).
+//!
+//! With this sign, and not the printed one, d_hat estimates d itself. Two adaptations:
+//! - **paper**: delta = M⁻¹ z with a constant diagonal psi; Va' <= 0 follows as in Section 3.3.
+//! - **inertia-weighted**: psi = wa² M², so d_hat' = Proj(-wa² M z). Every direction adapts at the same
+//!   rate and nothing is solved or divided. The proof holds for a constant psi; since M moves slowly
+//!   against wa, here it is a local argument.
+
+use crate::config::{Gains, Law};
+use crate::dynamics::{Constants, Terms};
+use crate::ldlt;
+use crate::math::clamp_symmetric;
+use crate::{JointMatrix, JointVector};
+
+/// Gains turned into what a tick uses.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coefficients {
+    law: Law,
+    k1: JointVector,
+    k2: JointVector,
+    /// -T psi for the constant diagonal, -T wa² in every place for the inertia-weighted law.
+    rate: JointVector,
+    d_max: JointVector,
+    kp: JointVector,
+    kd: JointVector,
+}
+
+impl Coefficients {
+    /// Coefficients for one tick of 1 / `tick_hz`.
+    pub fn new(gains: &Gains, tick_hz: f32) -> Self {
+        let rate = match gains.law {
+            Law::InertiaWeighted => JointVector::repeat(gains.wa_rad_s * gains.wa_rad_s),
+            Law::PaperPsi => JointVector::from(gains.psi),
+            Law::FixedGain | Law::Pd => JointVector::repeat(0.0),
+        };
+        Self {
+            law: gains.law,
+            k1: gains.k1.into(),
+            k2: gains.k2.into(),
+            rate: rate / -tick_hz,
+            d_max: gains.d_max.into(),
+            kp: gains.kp.into(),
+            kd: gains.kd.into(),
+        }
+    }
+}
+
+/// Measured state and set-point of one tick.
+#[derive(Clone, Copy, Debug)]
+pub struct State {
+    /// Position, rad and m.
+    pub q: JointVector,
+    /// Velocity, rad/s and m/s.
+    pub qd: JointVector,
+    /// e1 = q - q_d.
+    pub e1: JointVector,
+    /// e1' = qd - qd_d.
+    pub e1_dot: JointVector,
+    /// qdd_d, rad/s² and m/s².
+    pub qdd_d: JointVector,
+}
+
+/// Torque wanted by the law and the change that adaptation asks for.
+#[derive(Clone, Copy, Debug)]
+pub struct Wanted {
+    /// tau_d before limits, N m and N.
+    pub torque: JointVector,
+    /// T · (-psi delta): the unprojected step of d_hat, N m and N.
+    pub adaptation: JointVector,
+}
+
+/// Evaluates the law. `d_hat` is the estimate before this tick's step (Eq 18 uses d_hat_k).
+#[inline(always)]
+pub fn evaluate(c: &Coefficients, arm: &Constants, s: &State, d_hat: &JointVector) -> Wanted {
+    let terms = arm.at(&s.q);
+    let bias = terms.coriolis(&s.qd) + terms.gravity();
+    match c.law {
+        Law::Pd => {
+            let a = s.qdd_d - c.kd.component_mul(&s.e1_dot) - c.kp.component_mul(&s.e1);
+            let torque = terms.inertia_times(&a) + bias;
+            Wanted { torque, adaptation: JointVector::repeat(0.0) }
+        }
+        Law::InertiaWeighted | Law::PaperPsi | Law::FixedGain => {
+            let z = c.k1.component_mul(&s.e1) + s.e1_dot;
+            let a = s.qdd_d - c.k1.component_mul(&s.e1_dot) - c.k2.component_mul(&z);
+            let torque = terms.inertia_times(&a) + bias + d_hat;
+            Wanted { torque, adaptation: c.rate.component_mul(&delta(c.law, &terms, &z)) }
+        }
+    }
+}
+
+/// The adaptive function: M z or M⁻¹ z; nothing where nothing adapts.
+#[inline(always)]
+fn delta(law: Law, terms: &Terms<'_>, z: &JointVector) -> JointVector {
+    match law {
+        Law::InertiaWeighted => terms.inertia_times(z),
+        Law::PaperPsi => {
+            let m: JointMatrix = terms.inertia_matrix();
+            ldlt::solve(&m, z)
+        }
+        Law::FixedGain | Law::Pd => JointVector::repeat(0.0),
+    }
+}
+
+/// Eq 8: a step that would leave the bound from its edge is dropped.
+#[inline(always)]
+pub fn project(estimate: f32, step: f32, bound: f32) -> f32 {
+    let outward = (estimate >= bound && step > 0.0) || (estimate <= -bound && step < 0.0);
+    if outward { 0.0 } else { step }
+}
+
+/// d_hat one tick on: projected, then clamped, since a discrete step can overshoot the edge.
+#[inline(always)]
+pub fn adapt(c: &Coefficients, d_hat: &JointVector, step: &JointVector) -> JointVector {
+    d_hat.zip_zip_map(step, &c.d_max, |d, step, bound| {
+        clamp_symmetric(d + project(d, step, bound), bound)
+    })
+}
+
+impl Coefficients {
+    /// One bit a joint whose estimate sits at its bound.
+    #[inline(always)]
+    pub fn at_bound(&self, d_hat: &JointVector) -> u8 {
+        bits(d_hat.zip_map(&self.d_max, |d, bound| f32::from(d.abs() >= bound)))
+    }
+}
+
+/// Non-zero components as bits, joint 1 lowest.
+#[inline(always)]
+pub fn bits(flags: JointVector) -> u8 {
+    let flag = |f: f32, bit: u8| if f == 0.0 { 0 } else { bit };
+    flag(flags.x, 1) | flag(flags.y, 2) | flag(flags.z, 4) | flag(flags.w, 8)
+}

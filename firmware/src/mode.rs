@@ -1,0 +1,226 @@
+//! Mode machine: boot until every sensor has reported, standby, arming, tracking, safe.
+//!
+//! ```text
+//!        sensors report          Arm               brakes open
+//!  Boot ---------------> Standby ---> Arming ------------------> Tracking
+//!   |                      ^  |          |  | Stop                |  |  ^ Start
+//!   | timeout              |  | fault    |  '------> Standby <----'  '--'
+//!   '----------> Safe <----|--'          | no feedback, fault    |
+//!                 ^  ^-----|-------------'                       | fault
+//!                 '--------|-------------------------------------'
+//! ```
+//! Safe is left by a reset only.
+
+use shared::arm::JOINTS;
+use shared::command::Command;
+use shared::fault::{Fault, Mode as ModeCode, Refusal};
+
+use crate::io::Levels;
+use crate::trajectory::{Motion, Range, SetPoint};
+
+/// Present mode with what belongs to it alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Mode {
+    /// Devices are being configured.
+    Boot {
+        /// Ticks since reset.
+        ticks: u32,
+    },
+    /// Ready, brakes set, torque off.
+    Standby,
+    /// Torque holds against the brakes, then they open.
+    Arming {
+        /// Ticks since the command.
+        ticks: u32,
+        /// Pose to hold, position words.
+        pose: [u32; JOINTS],
+    },
+    /// Brakes open, holding a pose.
+    Holding {
+        /// Pose to hold, position words.
+        pose: [u32; JOINTS],
+    },
+    /// Brakes open, following a trajectory.
+    Moving(Motion),
+    /// Latched: brakes set, torque off.
+    Safe {
+        /// Why.
+        fault: Fault,
+    },
+}
+
+/// Times in ticks and limits of the machine.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Timing {
+    /// Converters are held in reset this long.
+    reset: u32,
+    /// From reset to the first frame to a converter.
+    settle: u32,
+    /// Boot fails after this long.
+    boot_timeout: u32,
+    /// Torque is on this long before the brakes are told to open.
+    preload: u32,
+    /// Brakes must report open this long after the arm command.
+    open_timeout: u32,
+    /// Ticks a second.
+    pub(crate) tick_hz: f32,
+    /// Limits of trajectories.
+    ranges: [Range; JOINTS],
+}
+
+impl Timing {
+    /// Times for `tick_hz` and trajectory limits.
+    pub fn new(tick_hz: u32, ranges: [Range; JOINTS]) -> Self {
+        let ticks = |ms: u32| ms * tick_hz / 1_000;
+        Self {
+            // Both converters want a reset pulse of micro-seconds and are ready after milli-seconds
+            // (ADS131M04 section 8.4.1, DAC81404 section 7.4).
+            reset: ticks(2),
+            settle: ticks(12),
+            boot_timeout: ticks(500),
+            // The drives follow within a few ticks; 20 ms is far beyond that.
+            preload: ticks(20),
+            // A brake opens in 150 ms; half as much again is late.
+            open_timeout: ticks(20 + 225),
+            tick_hz: tick_hz as f32,
+            ranges,
+        }
+    }
+}
+
+/// What the machine is told each tick.
+#[derive(Clone, Copy, Debug)]
+pub struct Events {
+    /// Command that arrived, if any.
+    pub command: Option<Command>,
+    /// Measured pose, position words.
+    pub pose: [u32; JOINTS],
+    /// Every sensor has reported and every converter is configured.
+    pub ready: bool,
+    /// All brakes report open.
+    pub brakes_open: bool,
+    /// What a monitor found this tick; [`Fault::None`] if nothing.
+    pub fault: Fault,
+}
+
+impl Mode {
+    /// Mode at reset.
+    pub const RESET: Self = Self::Boot { ticks: 0 };
+
+    /// Next mode, and why a command had no effect.
+    pub fn next(self, timing: &Timing, events: &Events) -> (Self, Refusal) {
+        if let Self::Safe { .. } = self {
+            return (self, refuse_any(events.command));
+        }
+        if events.fault != Fault::None {
+            return (Self::Safe { fault: events.fault }, refuse_any(events.command));
+        }
+        match (self, events.command) {
+            (Self::Standby, Some(Command::Arm)) => {
+                (Self::Arming { ticks: 0, pose: events.pose }, Refusal::None)
+            }
+            (Self::Holding { pose }, Some(Command::Start(trajectory))) => {
+                match Motion::start(&trajectory, &pose, &timing.ranges, timing.tick_hz) {
+                    Ok(motion) => (Self::Moving(motion), Refusal::None),
+                    Err(refusal) => (self, refusal),
+                }
+            }
+            (Self::Moving(_), Some(Command::Start(_))) => {
+                (self.advance(timing, events), Refusal::Busy)
+            }
+            (Self::Boot { .. }, Some(_)) | (_, Some(Command::Arm | Command::Start(_))) => {
+                (self.advance(timing, events), Refusal::WrongMode)
+            }
+            (_, Some(Command::Stop)) => (Self::Standby, Refusal::None),
+            (_, None) => (self.advance(timing, events), Refusal::None),
+        }
+    }
+
+    /// One tick on without a command.
+    fn advance(self, timing: &Timing, events: &Events) -> Self {
+        match self {
+            Self::Boot { .. } if events.ready => Self::Standby,
+            Self::Boot { ticks } if ticks >= timing.boot_timeout => {
+                Self::Safe { fault: Fault::BootTimeout }
+            }
+            Self::Boot { ticks } => Self::Boot { ticks: ticks + 1 },
+            Self::Arming { pose, .. } if events.brakes_open => Self::Holding { pose },
+            Self::Arming { ticks, .. } if ticks >= timing.open_timeout => {
+                Self::Safe { fault: Fault::BrakeNotReleased }
+            }
+            Self::Arming { ticks, pose } => Self::Arming { ticks: ticks + 1, pose },
+            Self::Moving(motion) if motion.is_over() => {
+                Self::Holding { pose: motion.set_point().position }
+            }
+            Self::Moving(motion) => Self::Moving(motion.advanced()),
+            Self::Standby | Self::Holding { .. } | Self::Safe { .. } => self,
+        }
+    }
+
+    /// Pin levels that belong to this mode.
+    pub fn levels(&self, timing: &Timing) -> Levels {
+        match self {
+            Self::Boot { ticks } if *ticks < timing.reset => Levels::RESET,
+            Self::Boot { .. } | Self::Standby | Self::Safe { .. } => Levels::OFF,
+            Self::Arming { ticks, .. } => {
+                Levels { torque: true, release: *ticks >= timing.preload, converters: true }
+            }
+            Self::Holding { .. } | Self::Moving(_) => {
+                Levels { torque: true, release: true, converters: true }
+            }
+        }
+    }
+
+    /// Whether the converters may be spoken to.
+    pub fn converters_awake(&self, timing: &Timing) -> bool {
+        !matches!(self, Self::Boot { ticks } if *ticks < timing.settle)
+    }
+
+    /// Set-point of the law; `None` where no torque is wanted.
+    #[inline(always)]
+    pub fn set_point(&self) -> Option<SetPoint> {
+        match self {
+            Self::Boot { .. } | Self::Standby | Self::Safe { .. } => None,
+            Self::Arming { pose, .. } | Self::Holding { pose } => Some(SetPoint::hold(*pose)),
+            Self::Moving(motion) => Some(motion.set_point()),
+        }
+    }
+
+    /// Whether the brakes are open, so that the arm's motion tells of disturbances.
+    pub fn adapts(&self) -> bool {
+        matches!(self, Self::Holding { .. } | Self::Moving(_))
+    }
+
+    /// Ticks since the trajectory started; 0 without one.
+    pub fn phase(&self) -> u32 {
+        match self {
+            Self::Moving(motion) => motion.phase,
+            _ => 0,
+        }
+    }
+
+    /// Mode number for telemetry.
+    pub fn code(&self) -> ModeCode {
+        match self {
+            Self::Boot { .. } => ModeCode::Boot,
+            Self::Standby => ModeCode::Standby,
+            Self::Arming { .. } => ModeCode::Arming,
+            Self::Holding { .. } => ModeCode::Holding,
+            Self::Moving(_) => ModeCode::Moving,
+            Self::Safe { .. } => ModeCode::Safe,
+        }
+    }
+
+    /// The latched fault.
+    pub fn fault(&self) -> Fault {
+        match self {
+            Self::Safe { fault } => *fault,
+            _ => Fault::None,
+        }
+    }
+}
+
+fn refuse_any(command: Option<Command>) -> Refusal {
+    if command.is_some() { Refusal::WrongMode } else { Refusal::None }
+}

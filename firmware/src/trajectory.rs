@@ -1,0 +1,224 @@
+//! Joint trajectories q_d = origin + amplitude · s(k / N), phase kept as an integer tick k.
+//!
+//! Positions are computed in integers: an `f32` s(x) would cost half a count of noise.
+
+use core::f32::consts::PI;
+
+use shared::arm::JOINTS;
+use shared::command::{Profile, Trajectory};
+use shared::fault::Refusal;
+
+use crate::config::Joint;
+use crate::estimator::FRACTION_BITS;
+use crate::math::sin_cos;
+
+/// Set-point of one tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SetPoint {
+    /// Desired position words.
+    pub position: [u32; JOINTS],
+    /// Desired velocity, rad/s and m/s.
+    pub velocity: [f32; JOINTS],
+    /// Desired acceleration, rad/s² and m/s².
+    pub acceleration: [f32; JOINTS],
+}
+
+impl SetPoint {
+    /// Standing still at `position`.
+    pub fn hold(position: [u32; JOINTS]) -> Self {
+        Self { position, ..Self::default() }
+    }
+}
+
+/// What the generator needs of one joint.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Range {
+    min_code: i32,
+    max_code: i32,
+    /// One count, rad or m.
+    lsb: f32,
+    qd_max: f32,
+}
+
+impl Range {
+    /// Limits of `joint` in counts.
+    pub fn new(joint: &Joint) -> Self {
+        let code = |q: f32| ((q - joint.encoder_zero) / joint.encoder_lsb) as i32;
+        Self {
+            min_code: code(joint.q_min),
+            max_code: code(joint.q_max),
+            lsb: joint.encoder_lsb,
+            qd_max: joint.qd_max,
+        }
+    }
+}
+
+/// A trajectory under way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion {
+    trajectory: Trajectory,
+    /// Amplitudes in rad and m.
+    amplitude: [f32; JOINTS],
+    /// Ticks since the start.
+    pub phase: u32,
+    /// 2⁶³ / N: phase · this is x with 63 fractional bits.
+    phase_step_q63: u64,
+    /// 1 / (N T), 1/s.
+    rate: f32,
+}
+
+/// A set-point this near to a trajectory's origin is the same, counts: half a count of rounding a side.
+const ORIGIN_TOLERANCE: u32 = 2 << FRACTION_BITS;
+/// Longest trajectory, ticks: ten minutes at 8 kHz.
+const DURATION_MAX: u32 = 4_800_000;
+
+impl Motion {
+    /// Accepts `trajectory` from the set-point `from`, or says why not.
+    ///
+    /// # Errors
+    /// The reason as it appears in telemetry.
+    pub fn start(
+        trajectory: &Trajectory,
+        from: &[u32; JOINTS],
+        ranges: &[Range; JOINTS],
+        tick_hz: f32,
+    ) -> Result<Self, Refusal> {
+        let ticks = trajectory.duration_ticks;
+        if ticks == 0 || ticks > DURATION_MAX {
+            return Err(Refusal::BadDuration);
+        }
+        if trajectory.profile == Profile::HalfSine && !trajectory.allow_velocity_step {
+            return Err(Refusal::VelocityStep);
+        }
+        let rate = tick_hz / ticks as f32;
+        let mut amplitude = [0.0; JOINTS];
+        let joints = trajectory.origin_q6.iter().zip(&trajectory.amplitude_q5).zip(ranges);
+        for (((&origin, &span), range), (slot, from)) in joints.zip(amplitude.iter_mut().zip(from))
+        {
+            if (origin.wrapping_sub(*from) as i32).unsigned_abs() > ORIGIN_TOLERANCE {
+                return Err(Refusal::OriginMismatch);
+            }
+            let start = (origin >> FRACTION_BITS) as i32;
+            let end = start.saturating_add(span >> 5);
+            if [start, end].iter().any(|c| *c < range.min_code || *c > range.max_code) {
+                return Err(Refusal::OutOfRange);
+            }
+            *slot = span as f32 * (range.lsb / 32.0);
+            // The negated comparison also refuses what is not a number.
+            if !(slot.abs() * rate * trajectory.profile.peak_rate() <= range.qd_max) {
+                return Err(Refusal::TooFast);
+            }
+        }
+        let phase_step_q63 = (1u64 << 63) / u64::from(ticks);
+        Ok(Self { trajectory: *trajectory, amplitude, phase: 0, phase_step_q63, rate })
+    }
+
+    /// The same motion one tick on.
+    #[inline(always)]
+    pub fn advanced(mut self) -> Self {
+        self.phase += 1;
+        self
+    }
+
+    /// Whether the end has been reached.
+    #[inline(always)]
+    pub fn is_over(&self) -> bool {
+        self.phase >= self.trajectory.duration_ticks
+    }
+
+    /// The set-point at the present phase; past the end, the end.
+    #[inline(always)]
+    pub fn set_point(&self) -> SetPoint {
+        let shape = if self.is_over() {
+            self.trajectory.profile.end()
+        } else {
+            // x with 32 fractional bits; phase < N keeps the product below 2⁶³.
+            let x_q32 = (u64::from(self.phase).wrapping_mul(self.phase_step_q63) >> 31) as u32;
+            self.trajectory.profile.at(x_q32)
+        };
+        let mut set_point = SetPoint::default();
+        for j in 0..JOINTS {
+            // 5 + 31 fractional bits less 30 leave 6.
+            let span = i64::from(self.trajectory.amplitude_q5[j]) * i64::from(shape.s_q31) >> 30;
+            set_point.position[j] = self.trajectory.origin_q6[j].wrapping_add(span as u32);
+            set_point.velocity[j] = self.amplitude[j] * (shape.ds * self.rate);
+            set_point.acceleration[j] = self.amplitude[j] * (shape.dds * (self.rate * self.rate));
+        }
+        set_point
+    }
+}
+
+/// s, ds/dx and d²s/dx².
+#[derive(Clone, Copy)]
+struct Shape {
+    /// s with 31 fractional bits.
+    s_q31: i32,
+    ds: f32,
+    dds: f32,
+}
+
+trait Shaped {
+    fn at(self, x_q32: u32) -> Shape;
+    fn end(self) -> Shape;
+    fn peak_rate(self) -> f32;
+}
+
+impl Shaped for Profile {
+    #[inline(always)]
+    fn at(self, x_q32: u32) -> Shape {
+        match self {
+            Self::Quintic => quintic(x_q32),
+            Self::HalfSine => half_sine(x_q32),
+        }
+    }
+
+    fn end(self) -> Shape {
+        let s_q31 = match self {
+            Self::Quintic => i32::MAX,
+            Self::HalfSine => 0,
+        };
+        Shape { s_q31, ds: 0.0, dds: 0.0 }
+    }
+
+    /// Highest |ds/dx|: 30/16 at x = 1/2, or pi at the ends.
+    fn peak_rate(self) -> f32 {
+        match self {
+            Self::Quintic => 1.875,
+            Self::HalfSine => PI,
+        }
+    }
+}
+
+/// 2^-32, the weight of a bit of x.
+const X_STEP: f32 = 1.0 / 4_294_967_296.0;
+
+/// s = x³ (10 - 15x + 6x²).
+#[inline(always)]
+fn quintic(x_q32: u32) -> Shape {
+    let high = |a: u32, b: u32| ((u64::from(a) * u64::from(b)) >> 32) as u32;
+    let x2 = high(x_q32, x_q32);
+    let x3 = high(x2, x_q32);
+    // The bracket lies in 1..=10: 28 fractional bits fill a word.
+    let bracket_q28 =
+        (10u32 << 28).wrapping_sub(high(15 << 28, x_q32)).wrapping_add(high(6 << 28, x2));
+    let s_q31 = ((u64::from(x3) * u64::from(bracket_q28)) >> 29) as u32;
+    let x = x_q32 as f32 * X_STEP;
+    let y = 1.0 - x;
+    let xy = x * y;
+    Shape {
+        s_q31: (if s_q31 > i32::MAX as u32 { i32::MAX as u32 } else { s_q31 }) as i32,
+        ds: 30.0 * xy * xy,
+        dds: 60.0 * xy * (y - x),
+    }
+}
+
+/// s = sin(pi x).
+#[inline(always)]
+fn half_sine(x_q32: u32) -> Shape {
+    let (s, c) = sin_cos(x_q32 as f32 * (X_STEP * PI));
+    Shape { s_q31: (s * S_ONE) as i32, ds: PI * c, dds: -PI * PI * s }
+}
+
+/// 1 with 31 fractional bits; the cast saturates.
+const S_ONE: f32 = 2_147_483_648.0;

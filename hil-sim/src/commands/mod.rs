@@ -1,0 +1,38 @@
+//! What the commands of the command line do.
+
+mod model;
+mod progress;
+mod run;
+
+use comfy_table::{Table, presets};
+
+use crate::cli::{Cli, Command};
+use crate::scenario::Scenario;
+
+/// Carries out a command; `false` where a run ended in a fault or broke its limits.
+///
+/// # Errors
+/// Bad input, or output that could not be written; it prints as one clear message.
+pub fn execute(cli: &Cli) -> miette::Result<bool> {
+    match &cli.command {
+        None => run::table3(),
+        Some(Command::Run(args)) => run::run(args),
+        Some(Command::List) => {
+            list();
+            Ok(true)
+        }
+        Some(Command::Model(args)) => {
+            model::model(args);
+            Ok(true)
+        }
+    }
+}
+
+fn list() {
+    let mut table = Table::new();
+    table.load_style(presets::NOTHING);
+    for (name, summary) in Scenario::shipped() {
+        table.add_row([name, &summary]);
+    }
+    println!("{}", table.trim_fmt());
+}

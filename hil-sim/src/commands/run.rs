@@ -1,0 +1,96 @@
+//! `run`, and the main job without arguments: the paper's Table 3.
+
+use std::path::{Path, PathBuf};
+
+use miette::IntoDiagnostic;
+
+use super::progress::Progress;
+use crate::cli::RunArgs;
+use crate::outcome::{Adaptation, Law, Outcome};
+use crate::report;
+use crate::run::{self, Options};
+use crate::scenario::Scenario;
+
+/// The controllers that Table 3 sets side by side.
+const TABLE_3: [(Law, Adaptation); 3] = [
+    (Law::Backstepping, Adaptation::Inertia),
+    (Law::Backstepping, Adaptation::Paper),
+    (Law::Pd, Adaptation::None),
+];
+
+/// Runs `paper` with three controllers, prints Table 3 and writes the report.
+pub fn table3() -> miette::Result<bool> {
+    let mut scenario = Scenario::load("paper")?;
+    let mut outcomes = Vec::new();
+    for (law, adaptation) in TABLE_3 {
+        (scenario.controller.law, scenario.controller.adaptation) = (law, adaptation);
+        outcomes.push(one(&scenario, true)?);
+    }
+    println!("{}", report::table3(&outcomes));
+    for outcome in &outcomes {
+        print_verdict(outcome);
+    }
+    let page = report::write(&default_folder(&scenario), &outcomes).into_diagnostic()?;
+    println!("Report: {}", page.display());
+    Ok(outcomes.iter().all(Outcome::is_good))
+}
+
+/// Runs one scenario with the options of the command line.
+pub fn run(args: &RunArgs) -> miette::Result<bool> {
+    let scenario = overridden(args)?;
+    let outcome = one(&scenario, !args.no_output)?;
+    if args.json {
+        println!("{}", serde_json::to_string(&outcome).into_diagnostic()?);
+    } else {
+        print_outcome(&outcome);
+    }
+    if !args.no_output {
+        let folder = args.out.clone().unwrap_or_else(|| default_folder(&scenario));
+        let page = report::write(&folder, std::slice::from_ref(&outcome)).into_diagnostic()?;
+        if !args.json {
+            println!("Report: {}", page.display());
+        }
+    }
+    Ok(outcome.is_good())
+}
+
+fn overridden(args: &RunArgs) -> miette::Result<Scenario> {
+    let mut scenario = Scenario::load(&args.scenario)?;
+    let controller = &mut scenario.controller;
+    controller.law = args.law.unwrap_or(controller.law);
+    controller.adaptation = args.adaptation.unwrap_or(controller.adaptation);
+    scenario.tick_hz = args.tick_hz.unwrap_or(scenario.tick_hz);
+    scenario.seed = args.seed.unwrap_or(scenario.seed);
+    Ok(scenario)
+}
+
+fn one(scenario: &Scenario, keep_rows: bool) -> miette::Result<Outcome> {
+    let progress = Progress::new(&scenario.name);
+    let options = Options { keep_rows, progress: &|done, planned| progress.show(done, planned) };
+    run::run(scenario, options).into_diagnostic()
+}
+
+fn default_folder(scenario: &Scenario) -> PathBuf {
+    Path::new("out").join(&scenario.name)
+}
+
+fn print_outcome(outcome: &Outcome) {
+    let m = &outcome.metrics;
+    println!("{} with {} at {} Hz", outcome.scenario, outcome.label(), outcome.tick_hz);
+    println!("  RMS x, y, z  {:.4e}  {:.4e}  {:.4e} m", m.rms_m[0], m.rms_m[1], m.rms_m[2]);
+    println!("  RSE          {:.4e} m", m.rse_m);
+    println!("  rho          {:.4e} s", m.rho_s);
+    println!("  e_max        {:.4e} m", m.e_max_m);
+    println!("  v_max        {:.4} m/s", m.v_max_m_s);
+    println!("  {} ticks, {:.0} times real time", outcome.ticks, outcome.realtime_factor);
+    print_verdict(outcome);
+}
+
+fn print_verdict(outcome: &Outcome) {
+    for fault in &outcome.faults {
+        println!("FAULT {}: {fault}, mode {}", outcome.label(), outcome.mode);
+    }
+    for limit in &outcome.broken_limits {
+        println!("LIMIT {}: {limit}", outcome.label());
+    }
+}
