@@ -189,14 +189,22 @@ fn values_that_are_not_finite_are_left_out_and_counted() {
 }
 
 #[test]
-fn page_says_which_limits_broke() {
+fn page_says_what_failed() {
     let mut failed = both();
+    failed[0].faults = vec!["EmergencyStop".into()];
     failed[1].broken_limits = vec!["rse_m is 3e-5 and may be 1e-6".into()];
     failed[1].faults = vec!["Overspeed".into()];
     let (_dir, html) = written(&failed);
-    for text in ["passed", "failed: 1 limit broken", "rse_m is 3e-5 and may be 1e-6", "Overspeed"] {
+    for text in [
+        "failed: fault",
+        "EmergencyStop",
+        "failed: 1 limit broken",
+        "rse_m is 3e-5 and may be 1e-6",
+        "Overspeed",
+    ] {
         assert!(html.contains(text), "{text}");
     }
+    assert!(!html.contains("passed") && written(&both()).1.contains("passed"));
 }
 
 #[test]

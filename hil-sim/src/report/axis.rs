@@ -134,9 +134,9 @@ fn span(values: impl Iterator<Item = f64>) -> Range<f64> {
     values.filter(|value| value.is_finite()).fold(None, grow).unwrap_or(0.0..0.0)
 }
 
-/// The prefix that writes `largest` as a number from 0.1 up to 100, and thousands above kilo.
+/// The prefix that writes `largest` as a number from 0.2 up to 200, and thousands above kilo.
 fn prefix(largest: f64) -> (f64, &'static str) {
-    let fits = |(factor, _): &&(f64, &str)| largest >= 0.1 * factor;
+    let fits = |(factor, _): &&(f64, &str)| largest >= 0.2 * factor;
     match PREFIXES.iter().find(fits) {
         Some(found) => *found,
         None => (1.0, ""),
@@ -174,6 +174,7 @@ mod tests {
         assert_eq!(labels(&axis), ["−0.3", "−0.2", "−0.1", "0.0", "0.1", "0.2"]);
         assert!((axis.place(-3.1e-7) + 0.31).abs() < 1e-12);
         assert_eq!(Axis::linear("torque", "N m", [13_917.0].into_iter()).label, "torque, kN m");
+        assert_eq!(Axis::linear("torque", "N m", [106.0].into_iter()).label, "torque, N m");
         assert_eq!(Axis::linear("position", "rad", [0.2129].into_iter()).label, "position, rad");
     }
 

@@ -48,7 +48,8 @@ fn runs(outcomes: &[Outcome]) -> String {
 
 fn run(outcome: &Outcome) -> Vec<String> {
     let verdict = match outcome.broken_limits.len() {
-        0 => "passed".into(),
+        0 if outcome.is_good() => "passed".into(),
+        0 => "failed: fault".into(),
         1 => "failed: 1 limit broken".into(),
         n => format!("failed: {n} limits broken"),
     };
