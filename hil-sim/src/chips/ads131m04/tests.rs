@@ -2,8 +2,9 @@
 
 use super::*;
 use embedded_hal::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
+use firmware::drivers::Progress;
 use firmware::drivers::SampleError;
-use firmware::drivers::ads131m04::{Ads131m04 as Driver, Progress, Sample};
+use firmware::drivers::ads131m04::{Ads131m04 as Driver, Sample};
 
 const TICK_S: f64 = 500e-6;
 const CONVERSION_S: f64 = 1.0 / 32_000.0;
