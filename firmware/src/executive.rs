@@ -1,5 +1,6 @@
 //! The fixed-step executive: one tick walks from the sensors to the drives once, with no way back.
 
+use bytemuck::{Pod, Zeroable};
 use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_hal::spi::SpiDevice;
 use heapless::spsc::Producer;
@@ -43,9 +44,8 @@ impl RecordSink for Producer<'_, Record> {
 
 /// Configuration turned into what a tick uses.
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
 struct Coefficients {
-    layouts: [Layout; JOINTS],
     observers: [estimator::Coefficients; JOINTS],
     dynamics: dynamics::Constants,
     law: law::Coefficients,
@@ -56,20 +56,18 @@ struct Coefficients {
 }
 
 impl Coefficients {
-    fn new(config: &Config) -> Result<Self, ConfigError> {
+    fn new(config: &Config) -> Self {
         let tick_hz = config.tick_hz as f32;
         let joints = &config.joints;
         let omega = config.gains.observer_rad_s;
-        let [l1, l2, l3, l4] = joints;
-        Ok(Self {
-            layouts: [l1.layout(0)?, l2.layout(1)?, l3.layout(2)?, l4.layout(3)?],
+        Self {
             observers: joints.map(|j| estimator::Coefficients::new(&j, omega, tick_hz)),
             dynamics: dynamics::Constants::new(&config.arm),
             law: law::Coefficients::new(&config.gains, tick_hz),
             timing: Timing::new(config.tick_hz, joints.map(|j| Range::new(&j))),
             tau_max: joints.map(|j| j.tau_max).into(),
             codes_per_torque: joints.map(|j| DAC_HALF_SCALE / j.drive_full_scale).into(),
-        })
+        }
     }
 }
 
@@ -86,6 +84,7 @@ pub struct Executive<S, O, I> {
     io: Io<S, O, I>,
     adc: Ads131m04,
     dac: Dac81404,
+    layouts: [Layout; JOINTS],
     coefficients: Coefficients,
     mode: Mode,
     observers: [Observer; JOINTS],
@@ -109,11 +108,13 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
     /// The first value of `config` that is out of range.
     pub fn new(config: &Config, io: Io<S, O, I>) -> Result<Self, ConfigError> {
         config.validate()?;
+        let [j1, j2, j3, j4] = &config.joints;
         Ok(Self {
             io,
             adc: Ads131m04::new(),
             dac: Dac81404::new(),
-            coefficients: Coefficients::new(config)?,
+            layouts: [j1.layout(0)?, j2.layout(1)?, j3.layout(2)?, j4.layout(3)?],
+            coefficients: Coefficients::new(config),
             mode: Mode::RESET,
             observers: [Observer::default(); JOINTS],
             d_hat: JointVector::repeat(0.0),
@@ -125,6 +126,11 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
             acknowledged: false,
             record: Record::default(),
         })
+    }
+
+    /// The coefficients as bytes: equal on host and target, or the builds differ.
+    pub fn coefficient_bytes(&self) -> &[u8] {
+        bytemuck::bytes_of(&self.coefficients)
     }
 
     /// One control tick: update (LDAC), sample, compute, write. The only entry.
@@ -166,8 +172,7 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
     fn sample(&mut self) {
         self.record.rejected = 0;
         for j in 0..JOINTS {
-            let sample =
-                encoder::read(&mut self.io.encoders[j], &self.coefficients.layouts[j]).ok();
+            let sample = encoder::read(&mut self.io.encoders[j], &self.layouts[j]).ok();
             let fresh = self.lost[j] >= LOST_MAX;
             if let Some(sample) = &sample {
                 self.code[j] = sample.code;
@@ -302,8 +307,9 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
         self.record.dac = codes.into();
         if self.dac_ready {
             let acknowledge = self.dac.write(&mut self.io.dac, self.record.dac);
-            self.acknowledged = acknowledge.accepted;
-            self.count(DAC, acknowledge.accepted);
+            // Without a valid status the DAC may have been reset and echo codes that move nothing.
+            self.acknowledged = acknowledge.accepted && acknowledge.status.is_some();
+            self.count(DAC, self.acknowledged);
         }
     }
 

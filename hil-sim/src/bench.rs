@@ -48,7 +48,6 @@ pub struct OutputLevels {
 }
 
 /// All devices on the bus, their pins and the instant within the tick.
-#[derive(Debug)]
 pub struct Bench {
     encoders: [Encoder; JOINTS],
     adc: Ads131m04,
@@ -188,7 +187,7 @@ pub enum Input {
 }
 
 /// A handle to one thing on the bench.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Handle<T> {
     bench: Rc<RefCell<Bench>>,
     what: T,

@@ -67,10 +67,10 @@ pub fn config_of(scenario: &Scenario) -> Config {
     }
     let gains = &mut config.gains;
     gains.law = match (c.law, c.adaptation) {
-        (Law::Pd, _) => firmware::config::Law::Pd,
-        (Law::Backstepping, Adaptation::Inertia) => firmware::config::Law::InertiaWeighted,
-        (Law::Backstepping, Adaptation::Paper) => firmware::config::Law::PaperPsi,
-        (Law::Backstepping, Adaptation::None) => firmware::config::Law::FixedGain,
+        (Law::Pd, _) => firmware::config::Law::PD,
+        (Law::Backstepping, Adaptation::Inertia) => firmware::config::Law::INERTIA_WEIGHTED,
+        (Law::Backstepping, Adaptation::Paper) => firmware::config::Law::PAPER_PSI,
+        (Law::Backstepping, Adaptation::None) => firmware::config::Law::FIXED_GAIN,
     };
     gains.k1 = [c.k1 as f32; JOINTS];
     gains.k2 = [c.k2 as f32; JOINTS];
@@ -157,7 +157,7 @@ impl<'a> Session<'a> {
             if let Some(record) = idle.dequeue() {
                 self.after_tick(record);
             }
-            if self.ticks % PROGRESS_EVERY == 0 {
+            if self.ticks.is_multiple_of(PROGRESS_EVERY) {
                 progress(self.ticks, planned);
             }
             if self.operator.is_over(&self.last) {

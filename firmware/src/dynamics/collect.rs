@@ -1,10 +1,11 @@
 //! Collects masses, centres of mass and inertia tensors into the constants of the closed form.
 
 use crate::config::{ArmModel, Body};
+use bytemuck::{Pod, Zeroable};
 
 /// Constants of the closed form. Moments are about the joint frames, in the plane of the boom.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Constants {
     /// MDH lengths a1 and a2, m.
     pub(super) a1: f32,
