@@ -10,6 +10,7 @@ use std::rc::Rc;
 use firmware::config::Config;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{CWD, Mode, mkfifoat};
+use rustix::process::{Pid, Signal, kill_process};
 use shared::command::Command as ArmCommand;
 use shared::pil::{self, Release, TRANSFER_MAX};
 use shared::telemetry::{RECORD_BYTES, Record};
@@ -120,6 +121,17 @@ impl Emulator {
     /// What the configuration became on the board.
     pub fn coefficients(&self) -> &[u8] {
         &self.coefficients
+    }
+
+    /// Ends the emulation in order, so that what the emulator writes at its end is written.
+    ///
+    /// # Errors
+    /// Where it cannot be told or waited for.
+    pub fn stop(mut self) -> Result<(), EmulatorError> {
+        let pid = Pid::from_child(&self.child);
+        kill_process(pid, Signal::TERM).map_err(io::Error::from)?;
+        self.child.wait()?;
+        Ok(())
     }
 
     fn greet(&mut self) -> Result<Vec<u8>, EmulatorError> {
