@@ -9,7 +9,16 @@ fn look() {
     let trace = board::trace(&image, &plugin, &scenario);
     println!("{} ticks {:?}", trace.ticks.len(), t.elapsed());
     for (i, (name, _)) in STAGES.iter().enumerate().chain([(STAGES.len(), &("other", &[][..]))]) {
-        println!("{name:26} {:?} {:?}", trace.spread(|s| s == i, |c| c.instructions), trace.spread(|s| s == i, |c| c.plain));
+        println!(
+            "{name:26} {:?} {:?}",
+            trace.spread(|s| s == i, |c| c.instructions),
+            trace.spread(|s| s == i, |c| c.plain)
+        );
     }
-    println!("total {:?} {:?} {:?}", trace.spread(|s| s != LINK, |c| c.instructions), trace.spread(|s| s != LINK, |c| c.plain), trace.spread(|s| s != LINK, |c| c.pessimistic));
+    println!(
+        "total {:?} {:?} {:?}",
+        trace.spread(|s| s != LINK, |c| c.instructions),
+        trace.spread(|s| s != LINK, |c| c.plain),
+        trace.spread(|s| s != LINK, |c| c.pessimistic)
+    );
 }

@@ -6,7 +6,7 @@ use embedded_hal::spi::SpiDevice;
 use heapless::spsc::Producer;
 use shared::arm::JOINTS;
 use shared::command::Command;
-use shared::fault::Fault;
+use shared::fault::{Fault, Refusal};
 use shared::telemetry::Record;
 use shared::wire::biss_c::Layout;
 
@@ -25,20 +25,21 @@ use crate::trajectory::{Range, SetPoint};
 
 /// What a tick is handed; it reads no clock and no queue itself.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct TickInput {
+pub struct TickInput<'a> {
     /// Command that arrived since the last tick.
-    pub command: Option<Command>,
+    pub command: Option<&'a Command>,
 }
 
 /// Where a tick leaves its record.
 pub trait RecordSink {
     /// Takes the record, or returns `false` when full.
-    fn push(&mut self, record: &Record) -> bool;
+    fn push(&mut self, record: Record) -> bool;
 }
 
 impl RecordSink for Producer<'_, Record> {
-    fn push(&mut self, record: &Record) -> bool {
-        self.enqueue(*record).is_ok()
+    #[inline(always)]
+    fn push(&mut self, record: Record) -> bool {
+        self.enqueue(record).is_ok()
     }
 }
 
@@ -99,7 +100,24 @@ pub struct Executive<S, O, I> {
     dac_ready: bool,
     /// The DAC holds four good codes that LDAC may pass on.
     acknowledged: bool,
-    record: Record,
+    /// Ticks since reset.
+    tick: u32,
+    /// One bit a device whose sample this tick could not use.
+    rejected: u8,
+    /// Records that the queue had no room for.
+    dropped: u8,
+    /// Why the last command had no effect.
+    refusal: Refusal,
+}
+
+/// What the law leaves for bus and telemetry.
+#[derive(Clone, Copy, Debug)]
+struct Control {
+    torque: JointVector,
+    e1: JointVector,
+    qd: JointVector,
+    e1_dot: JointVector,
+    saturated: u8,
 }
 
 impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
@@ -121,7 +139,10 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
             adc_ready: false,
             dac_ready: false,
             acknowledged: false,
-            record: Record::default(),
+            tick: 0,
+            rejected: 0,
+            dropped: 0,
+            refusal: Refusal::None,
         }
     }
 
@@ -152,22 +173,21 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
     ///
     /// Allocates nothing, has no panic path, loops only over joints and reads no clock.
     #[inline(always)]
-    pub fn tick(&mut self, input: &TickInput, records: &mut impl RecordSink) {
+    pub fn tick(&mut self, input: &TickInput<'_>, records: &mut impl RecordSink) {
         let mut driven = self.update();
         self.sample();
         self.supervise(input);
-        let set_point = self.mode.set_point();
-        let torque = match &set_point {
-            Some(set_point) => self.control(set_point),
+        let control = match self.mode.set_point() {
+            Some(set_point) => self.control(&set_point),
             None => self.rest(),
         };
         let levels = self.mode.levels(&self.coefficients.timing);
-        driven &= self.io.outputs.drive(levels, self.record.tick & 1 == 0);
-        self.write(&torque);
+        driven &= self.io.outputs.drive(levels, self.tick & 1 == 0);
+        let codes = self.write(&control.torque);
         if !driven {
             self.mode = Mode::Safe { fault: Fault::PinNotDriven };
         }
-        self.publish(records);
+        self.publish(&control, codes, records);
     }
 
     /// Passes the last tick's torques on, if all four arrived.
@@ -179,7 +199,7 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
     /// Reads encoders, in joint order as their latch offsets assume, and the torque converter.
     #[inline(always)]
     fn sample(&mut self) {
-        self.record.rejected = 0;
+        self.rejected = 0;
         for j in 0..JOINTS {
             let sample = encoder::read(&mut self.io.encoders[j], &self.layouts[j]).ok();
             let fresh = self.lost[j] >= LOST_MAX;
@@ -210,13 +230,13 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
             *lost = 0;
         } else {
             *lost = if *lost < LOST_MAX { *lost + 1 } else { LOST_MAX };
-            self.record.rejected |= 1 << index;
+            self.rejected |= 1 << index;
         }
     }
 
     /// Configures converters during boot and moves the mode machine.
     #[inline(always)]
-    fn supervise(&mut self, input: &TickInput) {
+    fn supervise(&mut self, input: &TickInput<'_>) {
         let booting = matches!(self.mode, Mode::Boot { .. });
         if booting && self.mode.converters_awake(&self.coefficients.timing) {
             self.boot_converters();
@@ -224,18 +244,22 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
         let events = Events {
             command: input.command,
             pose: self.observers.map(|o| o.position),
-            ready: self.adc_ready && self.dac_ready && self.lost.iter().all(|&n| n == 0),
+            ready: booting && self.is_ready(),
             brakes_open: self.io.inputs.brakes_open(),
             fault: if booting { Fault::None } else { self.monitor() },
         };
-        let (mode, refusal) = self.mode.next(&self.coefficients.timing, &events);
-        if mode.adapts() != self.mode.adapts() {
+        let adapted = self.mode.adapts();
+        let refusal = self.mode.step(&self.coefficients.timing, &events);
+        if self.mode.adapts() != adapted {
             self.d_hat = JointVector::repeat(0.0);
         }
-        self.mode = mode;
         if input.command.is_some() {
-            self.record.refusal = refusal as u8;
+            self.refusal = refusal;
         }
+    }
+
+    fn is_ready(&self) -> bool {
+        self.adc_ready && self.dac_ready && self.lost.iter().all(|&n| n == 0)
     }
 
     /// One boot step of each converter.
@@ -265,7 +289,7 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
 
     /// The law at the measured state, limited to what the drives may give.
     #[inline(always)]
-    fn control(&mut self, set_point: &SetPoint) -> JointVector {
+    fn control(&mut self, set_point: &SetPoint) -> Control {
         let state = self.state(set_point);
         let c = &self.coefficients;
         let wanted = law::evaluate(&c.law, &c.dynamics, &state, &self.d_hat);
@@ -277,12 +301,8 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
                 wanted.adaptation.zip_map(&saturated, |s, at| if at == 0.0 { s } else { 0.0 });
             self.d_hat = law::adapt(&c.law, &self.d_hat, &step);
         }
-        self.record.saturated = law::bits(saturated);
-        self.record.adaptation_bound = c.law.at_bound(&self.d_hat);
-        self.record.e1 = state.e1.into();
-        self.record.qd = state.qd.into();
-        self.record.e1_dot = state.e1_dot.into();
-        torque
+        let State { qd, e1, e1_dot, .. } = state;
+        Control { torque, e1, qd, e1_dot, saturated: law::bits(saturated) }
     }
 
     /// Estimates against the set-point, in SI units.
@@ -300,41 +320,51 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
     }
 
     /// No torque, and nothing to report of a law.
-    fn rest(&mut self) -> JointVector {
+    fn rest(&self) -> Control {
         let c = &self.coefficients.observers;
-        self.record.qd = core::array::from_fn(|j| self.observers[j].velocity(&c[j]));
-        self.record.e1 = [0.0; JOINTS];
-        self.record.e1_dot = [0.0; JOINTS];
-        self.record.saturated = 0;
-        JointVector::repeat(0.0)
+        let zero = JointVector::repeat(0.0);
+        let qd = JointVector::from_fn(|j, _| self.observers[j].velocity(&c[j]));
+        Control { torque: zero, e1: zero, qd, e1_dot: zero, saturated: 0 }
     }
 
     /// Encodes torques and writes them; LDAC of the next tick makes them act.
     #[inline(always)]
-    fn write(&mut self, torque: &JointVector) {
-        let codes = torque.component_mul(&self.coefficients.codes_per_torque).map(dac_code);
-        self.record.dac = codes.into();
+    fn write(&mut self, torque: &JointVector) -> [u16; JOINTS] {
+        let codes = torque.component_mul(&self.coefficients.codes_per_torque).map(dac_code).into();
         if self.dac_ready {
-            let acknowledge = self.dac.write(&mut self.io.dac, self.record.dac);
+            let acknowledge = self.dac.write(&mut self.io.dac, codes);
             // Without a valid status the DAC may have been reset and echo codes that move nothing.
             self.acknowledged = acknowledge.accepted && acknowledge.status.is_some();
             self.count(DAC, self.acknowledged);
         }
+        codes
     }
 
-    /// Completes and queues the record; a full queue drops it and counts.
+    /// Queues the tick's record; a full queue drops it and counts.
     #[inline(always)]
-    fn publish(&mut self, records: &mut impl RecordSink) {
-        self.record.mode = self.mode.code() as u8;
-        self.record.fault = self.mode.fault() as u16;
-        self.record.phase = self.mode.phase();
-        self.record.code = self.code;
-        self.record.adc = self.torque_code;
-        self.record.d_hat = self.d_hat.into();
-        if !records.push(&self.record) {
-            self.record.dropped = self.record.dropped.saturating_add(1);
+    fn publish(&mut self, control: &Control, dac: [u16; JOINTS], records: &mut impl RecordSink) {
+        let kept = records.push(Record {
+            tick: self.tick,
+            mode: self.mode.code() as u8,
+            refusal: self.refusal as u8,
+            fault: self.mode.fault() as u16,
+            saturated: control.saturated,
+            adaptation_bound: self.coefficients.law.at_bound(&self.d_hat),
+            rejected: self.rejected,
+            dropped: self.dropped,
+            phase: self.mode.phase(),
+            code: self.code,
+            e1: control.e1.into(),
+            qd: control.qd.into(),
+            e1_dot: control.e1_dot.into(),
+            dac,
+            adc: self.torque_code,
+            d_hat: self.d_hat.into(),
+        });
+        if !kept {
+            self.dropped = self.dropped.saturating_add(1);
         }
-        self.record.tick = self.record.tick.wrapping_add(1);
+        self.tick = self.tick.wrapping_add(1);
     }
 }
 

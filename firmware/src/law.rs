@@ -109,19 +109,16 @@ fn delta(law: Law, terms: &Terms<'_>, z: &JointVector) -> JointVector {
     }
 }
 
-/// Eq 8: a step that would leave the bound from its edge is dropped.
+/// Eq 8 for a discrete step: what leads out of ±`bound` is dropped. The next estimate.
 #[inline(always)]
 pub fn project(estimate: f32, step: f32, bound: f32) -> f32 {
-    let outward = (estimate >= bound && step > 0.0) || (estimate <= -bound && step < 0.0);
-    if outward { 0.0 } else { step }
+    clamp_symmetric(estimate + step, bound)
 }
 
-/// d_hat one tick on: projected, then clamped, since a discrete step can overshoot the edge.
+/// d_hat one tick on.
 #[inline(always)]
 pub fn adapt(c: &Coefficients, d_hat: &JointVector, step: &JointVector) -> JointVector {
-    d_hat.zip_zip_map(step, &c.d_max, |d, step, bound| {
-        clamp_symmetric(d + project(d, step, bound), bound)
-    })
+    d_hat.zip_zip_map(step, &c.d_max, project)
 }
 
 impl Coefficients {

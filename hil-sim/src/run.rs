@@ -102,7 +102,7 @@ impl Controller for Software {
 
     fn tick(&mut self, command: Option<Command>) -> Result<Record, Infallible> {
         let (mut records, mut idle) = self.queue.split();
-        self.executive.tick(&TickInput { command }, &mut records);
+        self.executive.tick(&TickInput { command: command.as_ref() }, &mut records);
         Ok(idle.dequeue().unwrap_or_default())
     }
 }

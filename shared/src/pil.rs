@@ -49,6 +49,9 @@ pub const PIN_WATCHDOG: u8 = 12;
 /// Size of a release.
 pub const RELEASE_BYTES: usize = 2 + COMMAND_BYTES;
 
+/// Instead of a release: the emulation is to end.
+pub const QUIT: [u8; RELEASE_BYTES] = [0xFF; RELEASE_BYTES];
+
 /// What opens a tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Release {

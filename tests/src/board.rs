@@ -21,7 +21,10 @@ pub const STAGES: &[Stage] = &[
     ("kinematics and dynamics", &["firmware::dynamics::"]),
     ("law and adaptation", &["Executive<S,O,I>::control"]),
     ("supervise", &["Executive<S,O,I>::supervise", "Mode::", "Executive<S,O,I>::monitor"]),
-    ("encode and write", &["Executive<S,O,I>::write", "Dac81404", "firmware::io::", "Executive<S,O,I>::update"]),
+    (
+        "encode and write",
+        &["Executive<S,O,I>::write", "Dac81404", "firmware::io::", "Executive<S,O,I>::update"],
+    ),
     ("telemetry", &["Executive<S,O,I>::publish"]),
 ];
 

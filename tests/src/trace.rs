@@ -100,8 +100,7 @@ pub fn results(folder: &Path) -> Result<Trace, String> {
 
 /// Runs `image` under `emulator`, which holds the emulator's command line but for the plug-in.
 pub fn run(image: &Image, request: &Request, mut emulator: Command) -> Result<Trace, String> {
-    let output =
-        emulator.args(arguments(image, request)?).output().map_err(|e| e.to_string())?;
+    let output = emulator.args(arguments(image, request)?).output().map_err(|e| e.to_string())?;
     if !output.status.success() {
         return Err(format!("{}: {}", output.status, String::from_utf8_lossy(&output.stderr)));
     }

@@ -6,11 +6,11 @@ use std::io::{self, Read, Write};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::rc::Rc;
+use std::time::Duration;
 
 use firmware::config::Config;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{CWD, Mode, mkfifoat};
-use rustix::process::{Pid, Signal, kill_process};
 use shared::command::Command as ArmCommand;
 use shared::pil::{self, Release, TRANSFER_MAX};
 use shared::telemetry::{RECORD_BYTES, Record};
@@ -126,12 +126,16 @@ impl Emulator {
     /// Ends the emulation in order, so that what the emulator writes at its end is written.
     ///
     /// # Errors
-    /// Where it cannot be told or waited for.
+    /// Where it cannot be told or does not end.
     pub fn stop(mut self) -> Result<(), EmulatorError> {
-        let pid = Pid::from_child(&self.child);
-        kill_process(pid, Signal::TERM).map_err(io::Error::from)?;
-        self.child.wait()?;
-        Ok(())
+        self.to_board.write_all(&pil::QUIT)?;
+        for _ in 0..PATIENCE_POLLS {
+            if self.child.try_wait()?.is_some() {
+                return Ok(());
+            }
+            std::thread::sleep(Duration::from_millis(100));
+        }
+        Err(EmulatorError::Silent)
     }
 
     fn greet(&mut self) -> Result<Vec<u8>, EmulatorError> {

@@ -5,7 +5,7 @@
 
 use core::cell::UnsafeCell;
 
-use cortex_m_semihosting::debug::{self, EXIT_FAILURE};
+use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
 use cortex_m_semihosting::syscall;
 use embedded_hal::digital::{self, InputPin, OutputPin};
 use embedded_hal::spi::{self, Operation, SpiDevice};
@@ -117,6 +117,9 @@ pub fn receive(bytes: &mut [u8]) {
 pub fn await_release() -> Option<Command> {
     let mut bytes = [0; RELEASE_BYTES];
     receive(&mut bytes);
+    if bytes == pil::QUIT {
+        debug::exit(EXIT_SUCCESS);
+    }
     let release = Release::from_bytes(&bytes);
     with(|link| link.levels = release.levels);
     release.command

@@ -45,9 +45,9 @@ struct Records;
 
 impl RecordSink for Records {
     #[inline(always)]
-    fn push(&mut self, record: &Record) -> bool {
+    fn push(&mut self, record: Record) -> bool {
         // SAFETY: only SysTick pushes, and idle takes with SysTick masked.
-        unsafe { &mut *RECORDS.0.get() }.enqueue(*record).is_ok()
+        unsafe { &mut *RECORDS.0.get() }.enqueue(record).is_ok()
     }
 }
 
@@ -111,13 +111,13 @@ fn SysTick() {
     let command = link::await_release();
     // SAFETY: SysTick starts only after the controller is written, and is its only user.
     let controller = unsafe { (*CONTROLLER.0.get()).assume_init_mut() };
-    tick(controller, &TickInput { command });
+    tick(controller, &TickInput { command: command.as_ref() });
 }
 
 /// One tick under its own symbol, so that its instructions can be counted.
 #[inline(never)]
 #[unsafe(no_mangle)]
-fn tick(controller: &mut Controller, input: &TickInput) {
+fn tick(controller: &mut Controller, input: &TickInput<'_>) {
     controller.tick(input, &mut Records);
 }
 
