@@ -1,0 +1,5 @@
+//! The whole chain through bytes: firmware, drivers, simulated chips and plant.
+
+mod modes;
+mod repeatability;
+mod tracking;
