@@ -223,7 +223,7 @@ fn no_arguments_print_table_3_and_name_the_report() {
     let folder = folder();
     let answer = hil_sim(folder.path(), &[]);
     assert_eq!(answer.code, Some(0), "{}{}", answer.out, answer.err);
-    for part in ["inertia-weighted", "paper's psi", "PD (Eq 29)", "RSE", "rho"] {
+    for part in ["inertia-weighted", "paper's psi", "PD (Eq 29)", "RSE, m", "ρ, s"] {
         assert!(answer.out.contains(part), "{part} is missing: {}", answer.out);
     }
     let report = answer.out.lines().find_map(|line| line.strip_prefix("Report: "));

@@ -67,8 +67,9 @@ proptest! {
         prop_assert!(error.abs() < 1.0, "{error} counts");
     }
 
+    /// Steps within the 2²² words that the rounder takes in one.
     #[test]
-    fn step_settles_without_much_overshoot(step in 1i32..100_000, up in any::<bool>()) {
+    fn step_settles_without_much_overshoot(step in 1i32..30_000, up in any::<bool>()) {
         let joint = joint(0.0);
         let c = coefficients(&joint);
         let start = 3e7;
