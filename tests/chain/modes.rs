@@ -87,13 +87,14 @@ fn boot_waits_for_every_device_and_gives_up_in_safe() {
     }
 }
 
+/// Encoders may be late. A converter that misses a frame of its configuration is not tried again: above.
 #[test]
-fn boot_ends_once_the_last_device_reports() {
-    for late in 0..JOINTS + 2 {
+fn boot_ends_once_the_last_encoder_reports() {
+    for late in 0..JOINTS {
         let mut rig = rig();
         rig.devices[late].dead.set(true);
         (0..400).for_each(|_| _ = rig.tick(None));
-        assert_eq!(rig.last.mode, Mode::Boot as u8, "device {late}");
+        assert_eq!(rig.last.mode, Mode::Boot as u8, "encoder {late}");
         rig.devices[late].dead.set(false);
         rig.until(Mode::Standby, 0.1);
     }

@@ -112,21 +112,6 @@ fn latch_skew_that_the_controller_does_not_know_is_seen() {
 }
 
 #[test]
-fn halving_the_plants_step_changes_no_metric() {
-    for name in ["paper", "velocity-mismatch", "payload"] {
-        let metrics = |substeps| outcome(name, |s| s.plant.substeps = substeps).metrics;
-        let (whole, half) = (metrics(1), metrics(2));
-        let figures = |m: hil_sim::outcome::Metrics| {
-            let [x, y, z] = m.rms_m;
-            [x, y, z, m.rse_m, m.rho_s, m.e_max_m, m.v_max_m_s]
-        };
-        for (whole, half) in figures(whole).into_iter().zip(figures(half)) {
-            assert!((whole / half - 1.0).abs() <= 1e-3, "{name}: {whole:e} and {half:e}");
-        }
-    }
-}
-
-#[test]
 fn adaptations_rank_as_expected() {
     let rse_m =
         |adaptation| outcome("paper", |s| s.controller.adaptation = adaptation).metrics.rse_m;
