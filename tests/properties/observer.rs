@@ -88,6 +88,28 @@ proptest! {
         prop_assert!(speed(&observer, &c, &joint).abs() < 0.05);
     }
 
+    /// The error after a step obeys e(k+2) = 2p e(k+1) - p² e(k) with both poles at p = exp(-omega T).
+    #[test]
+    fn both_poles_are_where_they_are_asked_for(step in 100i32..30_000, omega in 100.0f32..4_000.0) {
+        let joint = joint(0.0);
+        let c = Coefficients::new(&joint, omega, TICK_HZ);
+        let p = (-f64::from(omega) / f64::from(TICK_HZ)).exp();
+        let end = 3e7 + f64::from(step);
+        let mut observer = Observer::at_rest(code(3e7));
+        let mut errors = || {
+            observer.update(&c, Some(code(end)));
+            error_counts(&observer, end)
+        };
+        let mut last = [errors(), errors()];
+        for k in 2..SETTLED {
+            let e = errors();
+            let residue = e - 2.0 * p * last[1] + p * p * last[0];
+            // Each of the three was rounded to a word, twice a tick.
+            prop_assert!(residue.abs() < 0.1 + 1e-5 * f64::from(step), "tick {k}: {residue}");
+            last = [last[1], e];
+        }
+    }
+
     #[test]
     fn lost_samples_are_extrapolated(counts_a_tick in -3000i32..3000, lost in 1u32..20) {
         let joint = joint(0.0);
