@@ -47,7 +47,7 @@ pub struct Chip {
 }
 
 impl Chip {
-    /// Master, mode 1, 8 bits, bus clock / [`PORT_DIVISOR`] (RM0390 section 26.7.1).
+    /// Master, mode 1, 8 bits, bus clock / [`PORT_DIVISOR`] (RM0390, SPI_CR1).
     pub fn start(port: &'static RegisterBlock, select: Output) -> Self {
         port.cr1().write(|w| {
             w.mstr().master().cpol().idle_low().cpha().second_edge().br().div4();

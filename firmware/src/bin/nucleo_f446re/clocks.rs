@@ -15,7 +15,8 @@ pub const APB1_HZ: u32 = CORE_HZ / 4;
 /// Clock of timers on APB1: twice the bus.
 pub const APB1_TIMER_HZ: u32 = 2 * APB1_HZ;
 
-/// The crystal and the PLL are up within 2 ms; this is about 6 ms at the 16 MHz of reset.
+/// About 6 ms at the 16 MHz of reset. The external clock is an oscillator's, and the PLL locks within
+/// 0.3 ms (DS10693, main PLL characteristics).
 const START_POLLS: u32 = 10_000;
 
 /// Starts HSE and PLL, switches to them and clocks every peripheral in use.
@@ -25,7 +26,7 @@ pub fn start(p: &Peripherals) -> Result<(), TimedOut> {
     let rcc = &p.RCC;
     rcc.cr().modify(|_, w| w.hsebyp().bypassed().hseon().on());
     until(START_POLLS, || rcc.cr().read().hserdy().is_ready())?;
-    // 8 MHz / 4 · 168 / 2; the 48 MHz outputs stay unused (RM0390 section 6.3.2).
+    // 8 MHz / 4 · 168 / 2; the 48 MHz outputs stay unused (RM0390, RCC_PLLCFGR).
     // SAFETY: the factors are in range: VCO input 2 MHz, VCO 336 MHz.
     rcc.pllcfgr().write(|w| unsafe {
         w.pllsrc().hse().pllm().bits(4).plln().bits(168).pllp().div2().pllq().bits(7).pllr().bits(2)
@@ -55,6 +56,6 @@ fn supply(p: &Peripherals) {
         w.tim2en().enabled().tim3en().enabled().spi2en().enabled().usart2en().enabled()
     });
     rcc.apb2enr().modify(|_, w| w.tim1en().enabled().spi1en().enabled());
-    // A peripheral answers two of its clocks after it is enabled (RM0390 section 6.2.11).
+    // A peripheral answers two of its bus's clocks after it is enabled (RM0390, RCC_AHB1ENR).
     cortex_m::asm::delay(16);
 }

@@ -2,7 +2,7 @@
 //!
 //! No SPI port can: 1 MHz is not 42 or 84 MHz over a power of two, and two of the three ports belong to
 //! the converters. TIM2's update starts TIM1, so all heads latch at one instant, fixed to the tick without
-//! any software in between. Sections and tables are RM0390's.
+//! any software in between. Sections and registers are RM0390's.
 
 use core::sync::atomic::{AtomicU32, Ordering, fence};
 
@@ -32,7 +32,7 @@ const DEADLINE: u32 = (READ_NS / 1_000 + 4) * (APB1_TIMER_HZ / 1_000_000);
 /// Beyond [`DEADLINE`] in any case.
 const POLLS: u32 = 2_000;
 
-/// DMA stream of TIM1's second channel, and its channel number (Table 29).
+/// DMA stream of TIM1's second channel, and its channel number (DMA2 request mapping).
 const STREAM: usize = 2;
 const CHANNEL: u8 = 6;
 
@@ -51,8 +51,9 @@ impl Reader {
         let reader = Self { ma: &p.TIM1, dma: &p.DMA2 };
         reader.set_up_ma();
         let stream = p.DMA2.st(STREAM);
-        // SAFETY: both addresses are valid for 64 byte accesses for ever; the array is made of atomics.
+        // SAFETY: a register that may be read at any time.
         stream.par().write(|w| unsafe { w.pa().bits(p.GPIOC.idr().as_ptr() as u32) });
+        // SAFETY: 64 bytes that live for ever and are atomic.
         stream.m0ar().write(|w| unsafe { w.m0a().bits(SAMPLES.as_ptr() as u32) });
         stream.cr().write(|w| {
             w.chsel().set(CHANNEL).pl().very_high().dir().peripheral_to_memory();
@@ -62,7 +63,7 @@ impl Reader {
         reader
     }
 
-    /// One-pulse mode with a repetition counter: 64 periods, then rest (sections 16.3.3 and 16.3.10).
+    /// One-pulse mode with a repetition counter: 64 periods, then rest (sections 16.3.3 and 16.3.15).
     fn set_up_ma(&self) {
         let timer = self.ma;
         timer.arr().write(|w| w.arr().set(const { (PERIOD - 1) as u16 }));
@@ -74,7 +75,7 @@ impl Reader {
         timer.cr1().write(|w| w.opm().enabled());
         timer.egr().write(|w| w.ug().set_bit());
         timer.bdtr().write(|w| w.moe().enabled());
-        // ITR1 is TIM2's trigger output (section 16.4.3, TIMx internal trigger connection).
+        // ITR1 is TIM2's trigger output (TIM1_SMCR, internal trigger connection).
         timer.smcr().write(|w| w.ts().itr1().sms().trigger_mode());
     }
 

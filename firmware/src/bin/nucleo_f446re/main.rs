@@ -130,7 +130,7 @@ fn start_ticks(p: &Peripherals) {
 #[interrupt]
 fn TIM2() {
     // SAFETY: `main` is done with it, and this interrupt does not nest.
-    if let Some(control) = unsafe { (*&raw mut CONTROL).as_mut() } {
+    if let Some(control) = unsafe { (&raw mut CONTROL).as_mut() }.and_then(Option::as_mut) {
         control.tick();
     }
 }

@@ -54,7 +54,7 @@ pub struct Recorder {
 impl RecordSink for Recorder {
     #[inline(always)]
     fn push(&mut self, record: &Record) -> bool {
-        if record.tick % TICKS_PER_FRAME != 0 {
+        if !record.tick.is_multiple_of(TICKS_PER_FRAME) {
             return true;
         }
         let entry = Entry { record: *record, measured: self.measured };
@@ -71,10 +71,10 @@ pub struct Serial {
 }
 
 impl Serial {
-    /// 8 data bits, no parity, one stop bit (RM0390 section 25.6).
+    /// 8 data bits, no parity, one stop bit (RM0390, USART_CR1).
     pub fn start(p: &'static Peripherals) -> Self {
         let port = &p.USART2;
-        // 16 times USARTDIV, rounded: mantissa and fraction in one (section 25.4.4).
+        // 16 times USARTDIV, rounded: mantissa and fraction in one (RM0390 section 25.4.4).
         const DIVIDER: u32 = (APB1_HZ + BAUD / 2) / BAUD;
         let set = const { ((DIVIDER >> 4) as u16, (DIVIDER & 15) as u8) };
         port.brr().write(|w| w.div_mantissa().set(set.0).div_fraction().set(set.1));
