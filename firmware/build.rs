@@ -7,6 +7,9 @@ fn main() {
     let root = env::var("CARGO_MANIFEST_DIR").expect("cargo sets the manifest's directory");
     let root = Path::new(&root);
     // The emulated board's map is the workspace's; a real board's lies beside its file.
+    if env::var_os("CARGO_FEATURE_MPS2_AN386").is_some() {
+        link("mps2-an386", &root.join(".."));
+    }
     if env::var_os("CARGO_FEATURE_NUCLEO_F446RE").is_some() {
         link("nucleo-f446re", &root.join("src/bin/nucleo_f446re"));
     }

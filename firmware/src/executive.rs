@@ -56,18 +56,19 @@ struct Coefficients {
 }
 
 impl Coefficients {
-    fn new(config: &Config) -> Self {
+    /// Filled group by group, so that a small stack is enough.
+    fn set(&mut self, config: &Config) {
         let tick_hz = config.tick_hz as f32;
-        let joints = &config.joints;
-        let omega = config.gains.observer_rad_s;
-        Self {
-            observers: joints.map(|j| estimator::Coefficients::new(&j, omega, tick_hz)),
-            dynamics: dynamics::Constants::new(&config.arm),
-            law: law::Coefficients::new(&config.gains, tick_hz),
-            timing: Timing::new(config.tick_hz, joints.map(|j| Range::new(&j))),
-            tau_max: joints.map(|j| j.tau_max).into(),
-            codes_per_torque: joints.map(|j| DAC_HALF_SCALE / j.drive_full_scale).into(),
+        let gains = &config.gains;
+        self.dynamics.collect(&config.arm);
+        self.law = law::Coefficients::new(gains, tick_hz);
+        for (j, joint) in config.joints.iter().enumerate() {
+            self.observers[j] = estimator::Coefficients::new(joint, gains.observer_rad_s, tick_hz);
+            self.timing.ranges[j] = Range::new(joint);
+            self.tau_max[j] = joint.tau_max;
+            self.codes_per_torque[j] = DAC_HALF_SCALE / joint.drive_full_scale;
         }
+        self.timing.set(config.tick_hz);
     }
 }
 
@@ -102,19 +103,15 @@ pub struct Executive<S, O, I> {
 }
 
 impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
-    /// Builds the controller; no pin is touched before the first tick.
-    ///
-    /// # Errors
-    /// The first value of `config` that is out of range.
-    pub fn new(config: &Config, io: Io<S, O, I>) -> Result<Self, ConfigError> {
-        config.validate()?;
-        let [j1, j2, j3, j4] = &config.joints;
-        Ok(Self {
+    /// A controller that has no configuration yet; no pin is touched before the first tick.
+    #[inline(always)]
+    pub fn new(io: Io<S, O, I>) -> Self {
+        Self {
             io,
             adc: Ads131m04::new(),
             dac: Dac81404::new(),
-            layouts: [j1.layout(0)?, j2.layout(1)?, j3.layout(2)?, j4.layout(3)?],
-            coefficients: Coefficients::new(config),
+            layouts: [Layout::default(); JOINTS],
+            coefficients: Coefficients::zeroed(),
             mode: Mode::RESET,
             observers: [Observer::default(); JOINTS],
             d_hat: JointVector::repeat(0.0),
@@ -125,7 +122,19 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
             dac_ready: false,
             acknowledged: false,
             record: Record::default(),
-        })
+        }
+    }
+
+    /// Takes a configuration; to be called once, before the first tick.
+    ///
+    /// # Errors
+    /// The first value of `config` that is out of range; then nothing is taken.
+    pub fn configure(&mut self, config: &Config) -> Result<(), ConfigError> {
+        config.validate()?;
+        let [j1, j2, j3, j4] = &config.joints;
+        self.layouts = [j1.layout(0)?, j2.layout(1)?, j3.layout(2)?, j4.layout(3)?];
+        self.coefficients.set(config);
+        Ok(())
     }
 
     /// The coefficients as bytes: equal on host and target, or the builds differ.
@@ -210,7 +219,7 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
     fn supervise(&mut self, input: &TickInput) {
         let booting = matches!(self.mode, Mode::Boot { .. });
         if booting && self.mode.converters_awake(&self.coefficients.timing) {
-            self.configure();
+            self.boot_converters();
         }
         let events = Events {
             command: input.command,
@@ -230,7 +239,7 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
     }
 
     /// One boot step of each converter.
-    fn configure(&mut self) {
+    fn boot_converters(&mut self) {
         if !self.adc_ready {
             self.adc_ready = self.adc.boot_step(&mut self.io.adc) == Progress::Ready;
         }

@@ -67,14 +67,14 @@ pub struct Timing {
     /// Ticks a second.
     pub(crate) tick_hz: f32,
     /// Limits of trajectories.
-    ranges: [Range; JOINTS],
+    pub(crate) ranges: [Range; JOINTS],
 }
 
 impl Timing {
-    /// Times for `tick_hz` and trajectory limits.
-    pub fn new(tick_hz: u32, ranges: [Range; JOINTS]) -> Self {
+    /// Sets the times for `tick_hz`.
+    pub fn set(&mut self, tick_hz: u32) {
         let ticks = |ms: u32| ms * tick_hz / 1_000;
-        Self {
+        *self = Self {
             // Both converters want a reset pulse of micro-seconds and are ready after milli-seconds
             // (ADS131M04 section 8.4.1, DAC81404 section 7.4).
             reset: ticks(2),
@@ -85,8 +85,8 @@ impl Timing {
             // A brake opens in 150 ms; half as much again is late.
             open_timeout: ticks(20 + 225),
             tick_hz: tick_hz as f32,
-            ranges,
-        }
+            ranges: self.ranges,
+        };
     }
 }
 

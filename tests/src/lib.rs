@@ -1,4 +1,13 @@
-//! Product tests: shared loaders of reference data.
+//! Product tests: loaders of reference data, and what measures an image in the emulator.
 
+pub mod board;
+pub mod flow;
+pub mod image;
 pub mod mdh;
+pub mod price;
+pub mod stack;
+pub mod stage;
+pub mod thumb;
+pub mod trace;
 pub mod vectors;
+mod vfp;

@@ -112,8 +112,15 @@ impl Moments {
 }
 
 impl Constants {
-    /// Collects the constants of `arm`, payload included.
+    /// The constants of `arm`.
     pub fn new(arm: &ArmModel) -> Self {
+        let mut constants = Self::zeroed();
+        constants.collect(arm);
+        constants
+    }
+
+    /// Collects the constants of `arm`, payload included.
+    pub fn collect(&mut self, arm: &ArmModel) {
         let g = &arm.geometry;
         let [column, boom, forearm, telescope] = &arm.links;
         let column = Moments::of(column);
@@ -131,7 +138,7 @@ impl Constants {
         let column_izz = column.square[0] + column.square[1];
         let lateral = boom.square[2] + outer.square[2];
         let j0 = column_izz + lateral + (boom.m + outer.m) * g.a1_m * g.a1_m + along;
-        Self {
+        *self = Self {
             a1: g.a1_m,
             a2: g.a2_m,
             gravity: arm.gravity_m_s2,
@@ -155,6 +162,6 @@ impl Constants {
             mly: outer.product[0],
             ml4: telescope.first[2],
             n22: along + across,
-        }
+        };
     }
 }

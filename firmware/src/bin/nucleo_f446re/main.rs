@@ -87,8 +87,10 @@ fn control(p: &'static Peripherals, pins: Pins) -> Result<Control, ConfigError> 
         outputs: pins.outputs,
         inputs: pins.inputs,
     };
+    let mut executive = Executive::new(io);
+    executive.configure(&config)?;
     Ok(Control {
-        executive: Executive::new(&config, io)?,
+        executive,
         reader: Reader::start(p),
         recorder: Recorder::default(),
         tick: &p.TIM2,
