@@ -108,10 +108,10 @@ fn config(defaults: &Defaults, row: &Row) -> Config {
     let mut config = Config::default();
     let gains = &mut config.gains;
     gains.law = match (o.controller, o.wa_squared, o.diagonal_wa) {
-        (Some(1), None, None) => Law::Pd,
-        (Some(2), None, None) => Law::FixedGain,
-        (None, Some(_), None) => Law::InertiaWeighted,
-        (None, None, Some(_)) => Law::PaperPsi,
+        (Some(1), None, None) => Law::PD,
+        (Some(2), None, None) => Law::FIXED_GAIN,
+        (None, Some(_), None) => Law::INERTIA_WEIGHTED,
+        (None, None, Some(_)) => Law::PAPER_PSI,
         other => panic!("{}: {other:?} is no controller", row.name),
     };
     gains.k1 = [defaults.k1 as f32; JOINTS];

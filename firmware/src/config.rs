@@ -1,11 +1,12 @@
 //! Configuration: plain physical values, refused by name before they become coefficients.
 
+use bytemuck::{Pod, Zeroable};
 use shared::arm::{Arm, Inertial, JOINTS, PAYLOAD, REFERENCE};
-use shared::wire::biss_c::Layout;
+use shared::wire::biss_c::{LATCH_DELAY_S, Layout};
 
 /// Lengths of the MDH table, m; see [`shared::arm::Geometry`].
 #[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Geometry {
     /// Row 2, a.
     pub a1_m: f32,
@@ -21,7 +22,7 @@ pub struct Geometry {
 
 /// A rigid body in its link's MDH frame; see [`Inertial`].
 #[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Body {
     /// Mass, kg.
     pub mass_kg: f32,
@@ -33,7 +34,7 @@ pub struct Body {
 
 /// The arm as the controller believes it to be.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct ArmModel {
     /// MDH lengths.
     pub geometry: Geometry,
@@ -47,7 +48,7 @@ pub struct ArmModel {
 
 /// One joint's encoder, drive, transducer and limits. SI units; joint 4 in m and N.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Joint {
     /// Range of motion.
     pub q_min: f32,
@@ -71,23 +72,25 @@ pub struct Joint {
     pub torque_full_scale: f32,
 }
 
-/// Control law.
-#[repr(u32)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Law {
+/// Control law, as a number: a flipped bit may not make an invalid value of it.
+#[repr(transparent)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub struct Law(pub u32);
+
+impl Law {
     /// Backstepping with psi = wa² M².
-    InertiaWeighted = 0,
+    pub const INERTIA_WEIGHTED: Self = Self(0);
     /// Backstepping with a constant diagonal psi.
-    PaperPsi = 1,
+    pub const PAPER_PSI: Self = Self(1);
     /// Backstepping without adaptation.
-    FixedGain = 2,
+    pub const FIXED_GAIN: Self = Self(2);
     /// Computed-torque PD, Eq 29.
-    Pd = 3,
+    pub const PD: Self = Self(3);
 }
 
 /// Gains of the laws and of the observer.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Gains {
     /// Which law runs.
     pub law: Law,
@@ -109,9 +112,10 @@ pub struct Gains {
     pub observer_rad_s: f32,
 }
 
-/// Everything that a board's owner may set.
+/// Everything that a board's owner may set: 32-bit words without padding, so that it can be sent, kept and
+/// checked as bytes.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Config {
     /// Ticks a second.
     pub tick_hz: u32,
@@ -187,7 +191,7 @@ const fn joint(arm: &Arm, j: usize) -> Joint {
         encoder_bits: encoder.bits,
         encoder_lsb: encoder.lsb as f32,
         encoder_zero: encoder.zero as f32,
-        latch_offset_s: 0.0,
+        latch_offset_s: LATCH_DELAY_S as f32,
         drive_full_scale: arm.drive_full_scale[j] as f32,
         torque_full_scale: arm.torque_full_scale[j] as f32,
     }
@@ -226,7 +230,7 @@ impl Config {
             arm: ArmModel::new(arm, 1.0, 0.0),
             joints: [joint(arm, 0), joint(arm, 1), joint(arm, 2), joint(arm, 3)],
             gains: Gains {
-                law: Law::InertiaWeighted,
+                law: Law::INERTIA_WEIGHTED,
                 k1: [200.0; JOINTS],
                 k2: [200.0; JOINTS],
                 wa_rad_s: 100.0,
@@ -322,6 +326,7 @@ impl Gains {
     fn validate(&self, tick_hz: f32) -> Result<(), ConfigError> {
         // Discrete stability wants each first-order pole well inside the tick rate.
         let fastest = 0.5 * tick_hz;
+        within("law", 0, self.law.0 as f32, 0.0, Law::PD.0 as f32)?;
         all("k1", &self.k1, 1.0, fastest)?;
         all("k2", &self.k2, 1.0, fastest)?;
         within("wa_rad_s", 0, self.wa_rad_s, 0.0, 200.0)?;

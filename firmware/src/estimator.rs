@@ -5,6 +5,7 @@
 
 use crate::config::Joint;
 use crate::math::round_to_i32;
+use bytemuck::{Pod, Zeroable};
 
 /// Fractional bits of a position word.
 pub const FRACTION_BITS: u32 = 6;
@@ -14,7 +15,7 @@ pub(crate) const STEP: f32 = 1.0 / (1 << FRACTION_BITS) as f32;
 
 /// Coefficients of one joint's observer and scales.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Coefficients {
     /// Innovation gain of the position.
     l1: f32,

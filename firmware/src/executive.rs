@@ -1,11 +1,12 @@
 //! The fixed-step executive: one tick walks from the sensors to the drives once, with no way back.
 
+use bytemuck::{Pod, Zeroable};
 use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_hal::spi::SpiDevice;
 use heapless::spsc::Producer;
 use shared::arm::JOINTS;
 use shared::command::Command;
-use shared::fault::Fault;
+use shared::fault::{Fault, Refusal};
 use shared::telemetry::Record;
 use shared::wire::biss_c::Layout;
 
@@ -24,28 +25,28 @@ use crate::trajectory::{Range, SetPoint};
 
 /// What a tick is handed; it reads no clock and no queue itself.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct TickInput {
+pub struct TickInput<'a> {
     /// Command that arrived since the last tick.
-    pub command: Option<Command>,
+    pub command: Option<&'a Command>,
 }
 
 /// Where a tick leaves its record.
 pub trait RecordSink {
     /// Takes the record, or returns `false` when full.
-    fn push(&mut self, record: &Record) -> bool;
+    fn push(&mut self, record: Record) -> bool;
 }
 
 impl RecordSink for Producer<'_, Record> {
-    fn push(&mut self, record: &Record) -> bool {
-        self.enqueue(*record).is_ok()
+    #[inline(always)]
+    fn push(&mut self, record: Record) -> bool {
+        self.enqueue(record).is_ok()
     }
 }
 
 /// Configuration turned into what a tick uses.
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
 struct Coefficients {
-    layouts: [Layout; JOINTS],
     observers: [estimator::Coefficients; JOINTS],
     dynamics: dynamics::Constants,
     law: law::Coefficients,
@@ -56,20 +57,19 @@ struct Coefficients {
 }
 
 impl Coefficients {
-    fn new(config: &Config) -> Result<Self, ConfigError> {
+    /// Filled group by group, so that a small stack is enough.
+    fn set(&mut self, config: &Config) {
         let tick_hz = config.tick_hz as f32;
-        let joints = &config.joints;
-        let omega = config.gains.observer_rad_s;
-        let [l1, l2, l3, l4] = joints;
-        Ok(Self {
-            layouts: [l1.layout(0)?, l2.layout(1)?, l3.layout(2)?, l4.layout(3)?],
-            observers: joints.map(|j| estimator::Coefficients::new(&j, omega, tick_hz)),
-            dynamics: dynamics::Constants::new(&config.arm),
-            law: law::Coefficients::new(&config.gains, tick_hz),
-            timing: Timing::new(config.tick_hz, joints.map(|j| Range::new(&j))),
-            tau_max: joints.map(|j| j.tau_max).into(),
-            codes_per_torque: joints.map(|j| DAC_HALF_SCALE / j.drive_full_scale).into(),
-        })
+        let gains = &config.gains;
+        self.dynamics.collect(&config.arm);
+        self.law = law::Coefficients::new(gains, tick_hz);
+        for (j, joint) in config.joints.iter().enumerate() {
+            self.observers[j] = estimator::Coefficients::new(joint, gains.observer_rad_s, tick_hz);
+            self.timing.ranges[j] = Range::new(joint);
+            self.tau_max[j] = joint.tau_max;
+            self.codes_per_torque[j] = DAC_HALF_SCALE / joint.drive_full_scale;
+        }
+        self.timing.set(config.tick_hz);
     }
 }
 
@@ -86,6 +86,7 @@ pub struct Executive<S, O, I> {
     io: Io<S, O, I>,
     adc: Ads131m04,
     dac: Dac81404,
+    layouts: [Layout; JOINTS],
     coefficients: Coefficients,
     mode: Mode,
     observers: [Observer; JOINTS],
@@ -99,21 +100,36 @@ pub struct Executive<S, O, I> {
     dac_ready: bool,
     /// The DAC holds four good codes that LDAC may pass on.
     acknowledged: bool,
-    record: Record,
+    /// Ticks since reset.
+    tick: u32,
+    /// One bit a device whose sample this tick could not use.
+    rejected: u8,
+    /// Records that the queue had no room for.
+    dropped: u8,
+    /// Why the last command had no effect.
+    refusal: Refusal,
+}
+
+/// What the law leaves for bus and telemetry.
+#[derive(Clone, Copy, Debug)]
+struct Control {
+    torque: JointVector,
+    e1: JointVector,
+    qd: JointVector,
+    e1_dot: JointVector,
+    saturated: u8,
 }
 
 impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
-    /// Builds the controller; no pin is touched before the first tick.
-    ///
-    /// # Errors
-    /// The first value of `config` that is out of range.
-    pub fn new(config: &Config, io: Io<S, O, I>) -> Result<Self, ConfigError> {
-        config.validate()?;
-        Ok(Self {
+    /// A controller that has no configuration yet; no pin is touched before the first tick.
+    #[inline(always)]
+    pub fn new(io: Io<S, O, I>) -> Self {
+        Self {
             io,
             adc: Ads131m04::new(),
             dac: Dac81404::new(),
-            coefficients: Coefficients::new(config)?,
+            layouts: [Layout::default(); JOINTS],
+            coefficients: Coefficients::zeroed(),
             mode: Mode::RESET,
             observers: [Observer::default(); JOINTS],
             d_hat: JointVector::repeat(0.0),
@@ -123,8 +139,28 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
             adc_ready: false,
             dac_ready: false,
             acknowledged: false,
-            record: Record::default(),
-        })
+            tick: 0,
+            rejected: 0,
+            dropped: 0,
+            refusal: Refusal::None,
+        }
+    }
+
+    /// Takes a configuration; to be called once, before the first tick.
+    ///
+    /// # Errors
+    /// The first value of `config` that is out of range; then nothing is taken.
+    pub fn configure(&mut self, config: &Config) -> Result<(), ConfigError> {
+        config.validate()?;
+        let [j1, j2, j3, j4] = &config.joints;
+        self.layouts = [j1.layout(0)?, j2.layout(1)?, j3.layout(2)?, j4.layout(3)?];
+        self.coefficients.set(config);
+        Ok(())
+    }
+
+    /// The coefficients as bytes: equal on host and target, or the builds differ.
+    pub fn coefficient_bytes(&self) -> &[u8] {
+        bytemuck::bytes_of(&self.coefficients)
     }
 
     /// One control tick: update (LDAC), sample, compute, write. The only entry.
@@ -137,22 +173,21 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
     ///
     /// Allocates nothing, has no panic path, loops only over joints and reads no clock.
     #[inline(always)]
-    pub fn tick(&mut self, input: &TickInput, records: &mut impl RecordSink) {
+    pub fn tick(&mut self, input: &TickInput<'_>, records: &mut impl RecordSink) {
         let mut driven = self.update();
         self.sample();
         self.supervise(input);
-        let set_point = self.mode.set_point();
-        let torque = match &set_point {
-            Some(set_point) => self.control(set_point),
+        let control = match self.mode.set_point() {
+            Some(set_point) => self.control(&set_point),
             None => self.rest(),
         };
         let levels = self.mode.levels(&self.coefficients.timing);
-        driven &= self.io.outputs.drive(levels, self.record.tick & 1 == 0);
-        self.write(&torque);
+        driven &= self.io.outputs.drive(levels, self.tick & 1 == 0);
+        let codes = self.write(&control.torque);
         if !driven {
             self.mode = Mode::Safe { fault: Fault::PinNotDriven };
         }
-        self.publish(records);
+        self.publish(&control, codes, records);
     }
 
     /// Passes the last tick's torques on, if all four arrived.
@@ -164,10 +199,9 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
     /// Reads encoders, in joint order as their latch offsets assume, and the torque converter.
     #[inline(always)]
     fn sample(&mut self) {
-        self.record.rejected = 0;
+        self.rejected = 0;
         for j in 0..JOINTS {
-            let sample =
-                encoder::read(&mut self.io.encoders[j], &self.coefficients.layouts[j]).ok();
+            let sample = encoder::read(&mut self.io.encoders[j], &self.layouts[j]).ok();
             let fresh = self.lost[j] >= LOST_MAX;
             if let Some(sample) = &sample {
                 self.code[j] = sample.code;
@@ -196,36 +230,40 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
             *lost = 0;
         } else {
             *lost = if *lost < LOST_MAX { *lost + 1 } else { LOST_MAX };
-            self.record.rejected |= 1 << index;
+            self.rejected |= 1 << index;
         }
     }
 
     /// Configures converters during boot and moves the mode machine.
     #[inline(always)]
-    fn supervise(&mut self, input: &TickInput) {
+    fn supervise(&mut self, input: &TickInput<'_>) {
         let booting = matches!(self.mode, Mode::Boot { .. });
         if booting && self.mode.converters_awake(&self.coefficients.timing) {
-            self.configure();
+            self.boot_converters();
         }
         let events = Events {
             command: input.command,
             pose: self.observers.map(|o| o.position),
-            ready: self.adc_ready && self.dac_ready && self.lost.iter().all(|&n| n == 0),
+            ready: booting && self.is_ready(),
             brakes_open: self.io.inputs.brakes_open(),
             fault: if booting { Fault::None } else { self.monitor() },
         };
-        let (mode, refusal) = self.mode.next(&self.coefficients.timing, &events);
-        if mode.adapts() != self.mode.adapts() {
+        let adapted = self.mode.adapts();
+        let refusal = self.mode.step(&self.coefficients.timing, &events);
+        if self.mode.adapts() != adapted {
             self.d_hat = JointVector::repeat(0.0);
         }
-        self.mode = mode;
         if input.command.is_some() {
-            self.record.refusal = refusal as u8;
+            self.refusal = refusal;
         }
     }
 
+    fn is_ready(&self) -> bool {
+        self.adc_ready && self.dac_ready && self.lost.iter().all(|&n| n == 0)
+    }
+
     /// One boot step of each converter.
-    fn configure(&mut self) {
+    fn boot_converters(&mut self) {
         if !self.adc_ready {
             self.adc_ready = self.adc.boot_step(&mut self.io.adc) == Progress::Ready;
         }
@@ -251,7 +289,7 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
 
     /// The law at the measured state, limited to what the drives may give.
     #[inline(always)]
-    fn control(&mut self, set_point: &SetPoint) -> JointVector {
+    fn control(&mut self, set_point: &SetPoint) -> Control {
         let state = self.state(set_point);
         let c = &self.coefficients;
         let wanted = law::evaluate(&c.law, &c.dynamics, &state, &self.d_hat);
@@ -263,12 +301,8 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
                 wanted.adaptation.zip_map(&saturated, |s, at| if at == 0.0 { s } else { 0.0 });
             self.d_hat = law::adapt(&c.law, &self.d_hat, &step);
         }
-        self.record.saturated = law::bits(saturated);
-        self.record.adaptation_bound = c.law.at_bound(&self.d_hat);
-        self.record.e1 = state.e1.into();
-        self.record.qd = state.qd.into();
-        self.record.e1_dot = state.e1_dot.into();
-        torque
+        let State { qd, e1, e1_dot, .. } = state;
+        Control { torque, e1, qd, e1_dot, saturated: law::bits(saturated) }
     }
 
     /// Estimates against the set-point, in SI units.
@@ -286,40 +320,51 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
     }
 
     /// No torque, and nothing to report of a law.
-    fn rest(&mut self) -> JointVector {
+    fn rest(&self) -> Control {
         let c = &self.coefficients.observers;
-        self.record.qd = core::array::from_fn(|j| self.observers[j].velocity(&c[j]));
-        self.record.e1 = [0.0; JOINTS];
-        self.record.e1_dot = [0.0; JOINTS];
-        self.record.saturated = 0;
-        JointVector::repeat(0.0)
+        let zero = JointVector::repeat(0.0);
+        let qd = JointVector::from_fn(|j, _| self.observers[j].velocity(&c[j]));
+        Control { torque: zero, e1: zero, qd, e1_dot: zero, saturated: 0 }
     }
 
     /// Encodes torques and writes them; LDAC of the next tick makes them act.
     #[inline(always)]
-    fn write(&mut self, torque: &JointVector) {
-        let codes = torque.component_mul(&self.coefficients.codes_per_torque).map(dac_code);
-        self.record.dac = codes.into();
+    fn write(&mut self, torque: &JointVector) -> [u16; JOINTS] {
+        let codes = torque.component_mul(&self.coefficients.codes_per_torque).map(dac_code).into();
         if self.dac_ready {
-            let acknowledge = self.dac.write(&mut self.io.dac, self.record.dac);
-            self.acknowledged = acknowledge.accepted;
-            self.count(DAC, acknowledge.accepted);
+            let acknowledge = self.dac.write(&mut self.io.dac, codes);
+            // Without a valid status the DAC may have been reset and echo codes that move nothing.
+            self.acknowledged = acknowledge.accepted && acknowledge.status.is_some();
+            self.count(DAC, self.acknowledged);
         }
+        codes
     }
 
-    /// Completes and queues the record; a full queue drops it and counts.
+    /// Queues the tick's record; a full queue drops it and counts.
     #[inline(always)]
-    fn publish(&mut self, records: &mut impl RecordSink) {
-        self.record.mode = self.mode.code() as u8;
-        self.record.fault = self.mode.fault() as u16;
-        self.record.phase = self.mode.phase();
-        self.record.code = self.code;
-        self.record.adc = self.torque_code;
-        self.record.d_hat = self.d_hat.into();
-        if !records.push(&self.record) {
-            self.record.dropped = self.record.dropped.saturating_add(1);
+    fn publish(&mut self, control: &Control, dac: [u16; JOINTS], records: &mut impl RecordSink) {
+        let kept = records.push(Record {
+            tick: self.tick,
+            mode: self.mode.code() as u8,
+            refusal: self.refusal as u8,
+            fault: self.mode.fault() as u16,
+            saturated: control.saturated,
+            adaptation_bound: self.coefficients.law.at_bound(&self.d_hat),
+            rejected: self.rejected,
+            dropped: self.dropped,
+            phase: self.mode.phase(),
+            code: self.code,
+            e1: control.e1.into(),
+            qd: control.qd.into(),
+            e1_dot: control.e1_dot.into(),
+            dac,
+            adc: self.torque_code,
+            d_hat: self.d_hat.into(),
+        });
+        if !kept {
+            self.dropped = self.dropped.saturating_add(1);
         }
-        self.record.tick = self.record.tick.wrapping_add(1);
+        self.tick = self.tick.wrapping_add(1);
     }
 }
 

@@ -10,6 +10,8 @@
 //!   rate and nothing is solved or divided. The proof holds for a constant psi; since M moves slowly
 //!   against wa, here it is a local argument.
 
+use bytemuck::{Pod, Zeroable};
+
 use crate::config::{Gains, Law};
 use crate::dynamics::{Constants, Terms};
 use crate::ldlt;
@@ -18,7 +20,7 @@ use crate::{JointMatrix, JointVector};
 
 /// Gains turned into what a tick uses.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Coefficients {
     law: Law,
     k1: JointVector,
@@ -34,9 +36,9 @@ impl Coefficients {
     /// Coefficients for one tick of 1 / `tick_hz`.
     pub fn new(gains: &Gains, tick_hz: f32) -> Self {
         let rate = match gains.law {
-            Law::InertiaWeighted => JointVector::repeat(gains.wa_rad_s * gains.wa_rad_s),
-            Law::PaperPsi => JointVector::from(gains.psi),
-            Law::FixedGain | Law::Pd => JointVector::repeat(0.0),
+            Law::INERTIA_WEIGHTED => JointVector::repeat(gains.wa_rad_s * gains.wa_rad_s),
+            Law::PAPER_PSI => JointVector::from(gains.psi),
+            _ => JointVector::repeat(0.0),
         };
         Self {
             law: gains.law,
@@ -80,12 +82,12 @@ pub fn evaluate(c: &Coefficients, arm: &Constants, s: &State, d_hat: &JointVecto
     let terms = arm.at(&s.q);
     let bias = terms.coriolis(&s.qd) + terms.gravity();
     match c.law {
-        Law::Pd => {
+        Law::PD => {
             let a = s.qdd_d - c.kd.component_mul(&s.e1_dot) - c.kp.component_mul(&s.e1);
             let torque = terms.inertia_times(&a) + bias;
             Wanted { torque, adaptation: JointVector::repeat(0.0) }
         }
-        Law::InertiaWeighted | Law::PaperPsi | Law::FixedGain => {
+        _ => {
             let z = c.k1.component_mul(&s.e1) + s.e1_dot;
             let a = s.qdd_d - c.k1.component_mul(&s.e1_dot) - c.k2.component_mul(&z);
             let torque = terms.inertia_times(&a) + bias + d_hat;
@@ -98,28 +100,25 @@ pub fn evaluate(c: &Coefficients, arm: &Constants, s: &State, d_hat: &JointVecto
 #[inline(always)]
 fn delta(law: Law, terms: &Terms<'_>, z: &JointVector) -> JointVector {
     match law {
-        Law::InertiaWeighted => terms.inertia_times(z),
-        Law::PaperPsi => {
+        Law::INERTIA_WEIGHTED => terms.inertia_times(z),
+        Law::PAPER_PSI => {
             let m: JointMatrix = terms.inertia_matrix();
             ldlt::solve(&m, z)
         }
-        Law::FixedGain | Law::Pd => JointVector::repeat(0.0),
+        _ => JointVector::repeat(0.0),
     }
 }
 
-/// Eq 8: a step that would leave the bound from its edge is dropped.
+/// Eq 8 for a discrete step: what leads out of ±`bound` is dropped. The next estimate.
 #[inline(always)]
 pub fn project(estimate: f32, step: f32, bound: f32) -> f32 {
-    let outward = (estimate >= bound && step > 0.0) || (estimate <= -bound && step < 0.0);
-    if outward { 0.0 } else { step }
+    clamp_symmetric(estimate + step, bound)
 }
 
-/// d_hat one tick on: projected, then clamped, since a discrete step can overshoot the edge.
+/// d_hat one tick on.
 #[inline(always)]
 pub fn adapt(c: &Coefficients, d_hat: &JointVector, step: &JointVector) -> JointVector {
-    d_hat.zip_zip_map(step, &c.d_max, |d, step, bound| {
-        clamp_symmetric(d + project(d, step, bound), bound)
-    })
+    d_hat.zip_zip_map(step, &c.d_max, project)
 }
 
 impl Coefficients {

@@ -35,7 +35,7 @@ pub fn round_to_i32(x: f32) -> i32 {
 /// Upper part of pi/2, 201/128: its product with an integer below 2¹⁶ is exact.
 const HALF_PI_HIGH: f32 = 1.570_312_5;
 /// pi/2 less its upper part.
-const HALF_PI_LOW: f32 = 4.838_267_9e-4;
+const HALF_PI_LOW: f32 = 4.838_268e-4;
 
 /// Sine and cosine of an angle within ±64 rad, within 1.5 ulp of 1.
 ///

@@ -11,6 +11,7 @@
 //! ```
 //! Safe is left by a reset only.
 
+use bytemuck::{Pod, Zeroable};
 use shared::arm::JOINTS;
 use shared::command::Command;
 use shared::fault::{Fault, Mode as ModeCode, Refusal};
@@ -51,7 +52,7 @@ pub enum Mode {
 
 /// Times in ticks and limits of the machine.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Timing {
     /// Converters are held in reset this long.
     reset: u32,
@@ -66,14 +67,14 @@ pub struct Timing {
     /// Ticks a second.
     pub(crate) tick_hz: f32,
     /// Limits of trajectories.
-    ranges: [Range; JOINTS],
+    pub(crate) ranges: [Range; JOINTS],
 }
 
 impl Timing {
-    /// Times for `tick_hz` and trajectory limits.
-    pub fn new(tick_hz: u32, ranges: [Range; JOINTS]) -> Self {
+    /// Sets the times for `tick_hz`.
+    pub fn set(&mut self, tick_hz: u32) {
         let ticks = |ms: u32| ms * tick_hz / 1_000;
-        Self {
+        *self = Self {
             // Both converters want a reset pulse of micro-seconds and are ready after milli-seconds
             // (ADS131M04 section 8.4.1, DAC81404 section 7.4).
             reset: ticks(2),
@@ -84,16 +85,16 @@ impl Timing {
             // A brake opens in 150 ms; half as much again is late.
             open_timeout: ticks(20 + 225),
             tick_hz: tick_hz as f32,
-            ranges,
-        }
+            ranges: self.ranges,
+        };
     }
 }
 
 /// What the machine is told each tick.
 #[derive(Clone, Copy, Debug)]
-pub struct Events {
+pub struct Events<'a> {
     /// Command that arrived, if any.
-    pub command: Option<Command>,
+    pub command: Option<&'a Command>,
     /// Measured pose, position words.
     pub pose: [u32; JOINTS],
     /// Every sensor has reported and every converter is configured.
@@ -108,53 +109,70 @@ impl Mode {
     /// Mode at reset.
     pub const RESET: Self = Self::Boot { ticks: 0 };
 
-    /// Next mode, and why a command had no effect.
-    pub fn next(self, timing: &Timing, events: &Events) -> (Self, Refusal) {
-        if let Self::Safe { .. } = self {
-            return (self, refuse_any(events.command));
+    /// One tick on; says why a command had no effect.
+    #[inline(always)]
+    pub fn step(&mut self, timing: &Timing, events: &Events<'_>) -> Refusal {
+        if events.fault != Fault::None && !matches!(self, Self::Safe { .. }) {
+            *self = Self::Safe { fault: events.fault };
         }
-        if events.fault != Fault::None {
-            return (Self::Safe { fault: events.fault }, refuse_any(events.command));
-        }
-        match (self, events.command) {
-            (Self::Standby, Some(Command::Arm)) => {
-                (Self::Arming { ticks: 0, pose: events.pose }, Refusal::None)
+        match events.command {
+            Some(command) => self.obey(command, timing, events),
+            None => {
+                self.advance(timing, events);
+                Refusal::None
             }
-            (Self::Holding { pose }, Some(Command::Start(trajectory))) => {
-                match Motion::start(&trajectory, &pose, &timing.ranges, timing.tick_hz) {
-                    Ok(motion) => (Self::Moving(motion), Refusal::None),
-                    Err(refusal) => (self, refusal),
-                }
-            }
-            (Self::Moving(_), Some(Command::Start(_))) => {
-                (self.advance(timing, events), Refusal::Busy)
-            }
-            (Self::Boot { .. }, Some(_)) | (_, Some(Command::Arm | Command::Start(_))) => {
-                (self.advance(timing, events), Refusal::WrongMode)
-            }
-            (_, Some(Command::Stop)) => (Self::Standby, Refusal::None),
-            (_, None) => (self.advance(timing, events), Refusal::None),
         }
     }
 
+    /// Carries out a command, or refuses it and goes on as without.
+    #[inline(never)]
+    fn obey(&mut self, command: &Command, timing: &Timing, events: &Events<'_>) -> Refusal {
+        let refusal = match (&*self, command) {
+            (Self::Boot { .. } | Self::Safe { .. }, _) => Refusal::WrongMode,
+            (Self::Standby, Command::Arm) => {
+                *self = Self::Arming { ticks: 0, pose: events.pose };
+                return Refusal::None;
+            }
+            (Self::Holding { pose }, Command::Start(trajectory)) => {
+                match Motion::start(trajectory, pose, &timing.ranges, timing.tick_hz) {
+                    Ok(motion) => {
+                        *self = Self::Moving(motion);
+                        return Refusal::None;
+                    }
+                    Err(refusal) => refusal,
+                }
+            }
+            (_, Command::Stop) => {
+                *self = Self::Standby;
+                return Refusal::None;
+            }
+            (Self::Moving(_), Command::Start(_)) => Refusal::Busy,
+            (_, Command::Arm | Command::Start(_)) => Refusal::WrongMode,
+        };
+        self.advance(timing, events);
+        refusal
+    }
+
     /// One tick on without a command.
-    fn advance(self, timing: &Timing, events: &Events) -> Self {
+    #[inline(always)]
+    fn advance(&mut self, timing: &Timing, events: &Events<'_>) {
         match self {
-            Self::Boot { .. } if events.ready => Self::Standby,
-            Self::Boot { ticks } if ticks >= timing.boot_timeout => {
-                Self::Safe { fault: Fault::BootTimeout }
+            Self::Boot { .. } if events.ready => *self = Self::Standby,
+            Self::Boot { ticks } if *ticks >= timing.boot_timeout => {
+                *self = Self::Safe { fault: Fault::BootTimeout };
             }
-            Self::Boot { ticks } => Self::Boot { ticks: ticks + 1 },
-            Self::Arming { pose, .. } if events.brakes_open => Self::Holding { pose },
-            Self::Arming { ticks, .. } if ticks >= timing.open_timeout => {
-                Self::Safe { fault: Fault::BrakeNotReleased }
+            Self::Arming { pose, .. } if events.brakes_open => {
+                *self = Self::Holding { pose: *pose };
             }
-            Self::Arming { ticks, pose } => Self::Arming { ticks: ticks + 1, pose },
+            Self::Arming { ticks, .. } if *ticks >= timing.open_timeout => {
+                *self = Self::Safe { fault: Fault::BrakeNotReleased };
+            }
+            Self::Boot { ticks } | Self::Arming { ticks, .. } => *ticks += 1,
             Self::Moving(motion) if motion.is_over() => {
-                Self::Holding { pose: motion.set_point().position }
+                *self = Self::Holding { pose: motion.set_point().position };
             }
-            Self::Moving(motion) => Self::Moving(motion.advanced()),
-            Self::Standby | Self::Holding { .. } | Self::Safe { .. } => self,
+            Self::Moving(motion) => motion.phase += 1,
+            Self::Standby | Self::Holding { .. } | Self::Safe { .. } => {}
         }
     }
 
@@ -219,8 +237,4 @@ impl Mode {
             _ => Fault::None,
         }
     }
-}
-
-fn refuse_any(command: Option<Command>) -> Refusal {
-    if command.is_some() { Refusal::WrongMode } else { Refusal::None }
 }

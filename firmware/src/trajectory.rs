@@ -2,7 +2,9 @@
 //!
 //! Positions are computed in integers: an `f32` s(x) would cost half a count of noise.
 
+use bytemuck::{Pod, Zeroable};
 use core::f32::consts::PI;
+use core::num::NonZeroU32;
 
 use shared::arm::JOINTS;
 use shared::command::{Profile, Trajectory};
@@ -32,7 +34,7 @@ impl SetPoint {
 
 /// What the generator needs of one joint.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Range {
     min_code: i32,
     max_code: i32,
@@ -71,7 +73,7 @@ pub struct Motion {
 /// A set-point this near to a trajectory's origin is the same, counts: half a count of rounding a side.
 const ORIGIN_TOLERANCE: u32 = 2 << FRACTION_BITS;
 /// Longest trajectory, ticks: ten minutes at 8 kHz.
-const DURATION_MAX: u32 = 4_800_000;
+const DURATION_MAX: NonZeroU32 = NonZeroU32::new(4_800_000).unwrap();
 
 impl Motion {
     /// Accepts `trajectory` from the set-point `from`, or says why not.
@@ -84,14 +86,14 @@ impl Motion {
         ranges: &[Range; JOINTS],
         tick_hz: f32,
     ) -> Result<Self, Refusal> {
-        let ticks = trajectory.duration_ticks;
-        if ticks == 0 || ticks > DURATION_MAX {
+        let ticks = NonZeroU32::new(trajectory.duration_ticks).ok_or(Refusal::BadDuration)?;
+        if ticks > DURATION_MAX {
             return Err(Refusal::BadDuration);
         }
         if trajectory.profile == Profile::HalfSine && !trajectory.allow_velocity_step {
             return Err(Refusal::VelocityStep);
         }
-        let rate = tick_hz / ticks as f32;
+        let rate = tick_hz / ticks.get() as f32;
         let mut amplitude = [0.0; JOINTS];
         let joints = trajectory.origin_q6.iter().zip(&trajectory.amplitude_q5).zip(ranges);
         for (((&origin, &span), range), (slot, from)) in joints.zip(amplitude.iter_mut().zip(from))
@@ -105,20 +107,17 @@ impl Motion {
                 return Err(Refusal::OutOfRange);
             }
             *slot = span as f32 * (range.lsb / 32.0);
-            // The negated comparison also refuses what is not a number.
-            if !(slot.abs() * rate * trajectory.profile.peak_rate() <= range.qd_max) {
+            if slot.abs() * rate * trajectory.profile.peak_rate() > range.qd_max {
                 return Err(Refusal::TooFast);
             }
         }
-        let phase_step_q63 = (1u64 << 63) / u64::from(ticks);
-        Ok(Self { trajectory: *trajectory, amplitude, phase: 0, phase_step_q63, rate })
-    }
-
-    /// The same motion one tick on.
-    #[inline(always)]
-    pub fn advanced(mut self) -> Self {
-        self.phase += 1;
-        self
+        Ok(Self {
+            trajectory: *trajectory,
+            amplitude,
+            phase: 0,
+            phase_step_q63: reciprocal_q63(ticks),
+            rate,
+        })
     }
 
     /// Whether the end has been reached.
@@ -140,13 +139,27 @@ impl Motion {
         let mut set_point = SetPoint::default();
         for j in 0..JOINTS {
             // 5 + 31 fractional bits less 30 leave 6.
-            let span = i64::from(self.trajectory.amplitude_q5[j]) * i64::from(shape.s_q31) >> 30;
+            let span = (i64::from(self.trajectory.amplitude_q5[j]) * i64::from(shape.s_q31)) >> 30;
             set_point.position[j] = self.trajectory.origin_q6[j].wrapping_add(span as u32);
             set_point.velocity[j] = self.amplitude[j] * (shape.ds * self.rate);
             set_point.acceleration[j] = self.amplitude[j] * (shape.dds * (self.rate * self.rate));
         }
         set_point
     }
+}
+
+/// 2⁶³ / n rounded down, for n below 2²⁴: a long division in words, because the processor divides no longer
+/// ones.
+fn reciprocal_q63(n: NonZeroU32) -> u64 {
+    const ONE_Q31: u32 = 1 << 31;
+    let mut quotient = u64::from(ONE_Q31 / n);
+    let mut remainder = ONE_Q31 % n;
+    for _ in 0..4 {
+        remainder <<= 8;
+        quotient = quotient << 8 | u64::from(remainder / n);
+        remainder %= n;
+    }
+    quotient
 }
 
 /// s, ds/dx and d²s/dx².

@@ -4,12 +4,14 @@
 //! transaction. Within a tick a cursor tells when a read starts, because an encoder latches then.
 
 use std::cell::RefCell;
+use std::fmt;
 use std::rc::Rc;
 
 use embedded_hal::digital::{self, InputPin, OutputPin, PinState};
 use embedded_hal::spi::{self, Operation, SpiDevice};
 use firmware::io::{Inputs, Io, Outputs};
 use shared::arm::{Arm, JOINTS};
+use shared::pil;
 
 use shared::wire::biss_c::LATCH_DELAY_S;
 
@@ -48,7 +50,6 @@ pub struct OutputLevels {
 }
 
 /// All devices on the bus, their pins and the instant within the tick.
-#[derive(Debug)]
 pub struct Bench {
     encoders: [Encoder; JOINTS],
     adc: Ads131m04,
@@ -64,6 +65,8 @@ pub struct Bench {
     cursor_s: f64,
     /// Between the starts of two encoder reads, s.
     skew_s: f64,
+    /// What crossed bus and pins since it was last taken, if it is kept.
+    traffic: Option<Vec<Event>>,
 }
 
 impl Bench {
@@ -82,6 +85,7 @@ impl Bench {
             motion: Motion::default(),
             cursor_s: 0.0,
             skew_s,
+            traffic: None,
         }
     }
 
@@ -105,7 +109,31 @@ impl Bench {
         })
     }
 
-    fn transfer(&mut self, device: Device, mosi: &[u8], miso: &mut [u8]) {
+    /// Keeps a copy of everything that crosses bus and pins from now on.
+    pub fn keep_traffic(&mut self) {
+        self.traffic = Some(Vec::new());
+    }
+
+    /// What has crossed since the last call.
+    pub fn take_traffic(&mut self) -> Vec<Event> {
+        self.traffic.as_mut().map(std::mem::take).unwrap_or_default()
+    }
+
+    /// Input pins as one bit each: brake feedbacks in bits 0 to 3, emergency stop contacts in 4 and 5.
+    pub fn input_levels(&self) -> u8 {
+        let pins = self.brake_open.iter().chain(&self.emergency_stop);
+        pins.enumerate().map(|(bit, &high)| u8::from(high) << bit).sum()
+    }
+
+    /// One chip-select frame.
+    pub fn transfer(&mut self, device: Device, mosi: &[u8], miso: &mut [u8]) {
+        self.transfer_silently(device, mosi, miso);
+        if let Some(traffic) = &mut self.traffic {
+            traffic.push(Event::Transfer { device, mosi: mosi.to_vec(), miso: miso.to_vec() });
+        }
+    }
+
+    fn transfer_silently(&mut self, device: Device, mosi: &[u8], miso: &mut [u8]) {
         match device {
             Device::Encoder(j) => {
                 let Motion { q, qd, qdd } = &self.motion;
@@ -118,7 +146,11 @@ impl Bench {
         }
     }
 
-    fn set(&mut self, pin: Output, high: bool) {
+    /// Drives an output pin.
+    pub fn set(&mut self, pin: Output, high: bool) {
+        if let Some(traffic) = &mut self.traffic {
+            traffic.push(Event::Pin { pin, high });
+        }
         let o = &mut self.outputs;
         match pin {
             Output::Ldac => {
@@ -187,8 +219,83 @@ pub enum Input {
     EmergencyStop(usize),
 }
 
+impl Device {
+    /// The device with this number in the messages of an emulated board.
+    pub fn from_number(number: u8) -> Option<Self> {
+        match number {
+            pil::DEVICE_ADC => Some(Self::Adc),
+            pil::DEVICE_DAC => Some(Self::Dac),
+            j if usize::from(j) < JOINTS => Some(Self::Encoder(j.into())),
+            _ => None,
+        }
+    }
+}
+
+impl Output {
+    /// The pin with this number in the messages of an emulated board.
+    pub fn from_number(number: u8) -> Option<Self> {
+        let joint = |first: u8| usize::from(number - first);
+        match number {
+            pil::PIN_LDAC => Some(Self::Ldac),
+            pil::PIN_DRIVE_ENABLE..pil::PIN_STO => {
+                Some(Self::DriveEnable(joint(pil::PIN_DRIVE_ENABLE)))
+            }
+            pil::PIN_STO => Some(Self::Sto),
+            pil::PIN_BRAKE_RELEASE..pil::PIN_DAC_RESET => {
+                Some(Self::BrakeRelease(joint(pil::PIN_BRAKE_RELEASE)))
+            }
+            pil::PIN_DAC_RESET => Some(Self::DacReset),
+            pil::PIN_ADC_RESET => Some(Self::AdcReset),
+            pil::PIN_WATCHDOG => Some(Self::Watchdog),
+            _ => None,
+        }
+    }
+}
+
+/// One thing that crossed bus or pins.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Event {
+    /// A chip-select frame.
+    Transfer {
+        /// Chip selected.
+        device: Device,
+        /// Bytes from the controller.
+        mosi: Vec<u8>,
+        /// Bytes to the controller.
+        miso: Vec<u8>,
+    },
+    /// An output pin was driven.
+    Pin {
+        /// Which.
+        pin: Output,
+        /// Its level.
+        high: bool,
+    },
+}
+
+impl Event {
+    /// Device or pin.
+    pub fn place(&self) -> String {
+        match self {
+            Self::Transfer { device, .. } => format!("{device:?}"),
+            Self::Pin { pin, .. } => format!("pin {pin:?}"),
+        }
+    }
+}
+
+impl fmt::Display for Event {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Transfer { device, mosi, miso } => {
+                write!(f, "{device:?} sent {mosi:02x?}, received {miso:02x?}")
+            }
+            Self::Pin { pin, high } => write!(f, "{pin:?} {}", if *high { "high" } else { "low" }),
+        }
+    }
+}
+
 /// A handle to one thing on the bench.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Handle<T> {
     bench: Rc<RefCell<Bench>>,
     what: T,

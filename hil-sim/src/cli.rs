@@ -28,6 +28,20 @@ Examples:
   hil-sim run payload --adaptation none --no-output
   hil-sim run scenarios/mine.toml --seed 7 --json";
 
+const PIL_EXAMPLES: &str = "\
+Examples:
+  cargo firmware && hil-sim pil paper
+  hil-sim pil payload --law pd";
+
+const PIL_EXIT_CODES: &str = "\
+Exit codes:
+  0  done, and equal bit for bit
+  1  the builds differ, or the run ended in a fault or broke one of its accept limits
+  2  bad usage or bad input, no image, or no emulator";
+
+/// Where `cargo firmware` leaves the image.
+const IMAGE: &str = "target/thumbv7em-none-eabihf/release/mps2-an386";
+
 const MODEL_EXAMPLES: &str = "\
 Examples:
   hil-sim model --q 0.2129,1.1229,-0.1416,4.0915
@@ -51,6 +65,8 @@ pub struct Cli {
 pub enum Command {
     /// Run one scenario and judge it by its accept limits
     Run(RunArgs),
+    /// Run one scenario on the emulated board and compare it bit for bit with software
+    Pil(PilArgs),
     /// List the shipped scenarios
     List,
     /// Print the arm's dynamics in one state
@@ -60,10 +76,9 @@ pub enum Command {
     Model(ModelArgs),
 }
 
-/// Arguments of `run`; each option overrides the scenario's own value.
+/// A scenario, with what overrides its own values.
 #[derive(Args, Debug)]
-#[command(after_help = format!("{RUN_EXAMPLES}\n\n{EXIT_CODES}"))]
-pub struct RunArgs {
+pub struct Choice {
     /// Name of a shipped scenario (see `hil-sim list`) or path of a TOML file
     pub scenario: String,
     /// Control law
@@ -79,6 +94,15 @@ pub struct RunArgs {
     /// Seed of every random number of the run
     #[arg(long, value_name = "N", value_parser = parse_seed)]
     pub seed: Option<u64>,
+}
+
+/// Arguments of `run`.
+#[derive(Args, Debug)]
+#[command(after_help = format!("{RUN_EXAMPLES}\n\n{EXIT_CODES}"))]
+pub struct RunArgs {
+    /// What to run
+    #[command(flatten)]
+    pub choice: Choice,
     /// Directory for the run's files
     #[arg(long, value_name = "DIR", conflicts_with = "no_output")]
     pub out: Option<PathBuf>,
@@ -88,6 +112,18 @@ pub struct RunArgs {
     /// Print the outcome as JSON
     #[arg(long)]
     pub json: bool,
+}
+
+/// Arguments of `pil`.
+#[derive(Args, Debug)]
+#[command(after_help = format!("{PIL_EXAMPLES}\n\n{PIL_EXIT_CODES}"))]
+pub struct PilArgs {
+    /// What to run
+    #[command(flatten)]
+    pub choice: Choice,
+    /// Image of the emulated board, as `cargo firmware` builds it
+    #[arg(long, value_name = "ELF", default_value = IMAGE)]
+    pub image: PathBuf,
 }
 
 /// Arguments of `model`.

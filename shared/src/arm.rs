@@ -125,7 +125,7 @@ pub const REFERENCE: Arm = Arm {
     ],
     // Zeros keep every range inside one turn and any two codes at least 0.2 rad apart in the shipped
     // poses, so that two swapped encoders show as a jump.
-    encoders: [rotary(26, -3.14), rotary(26, -0.8), rotary(26, -2.6), linear(32, 50e-9, 2.5)],
+    encoders: [rotary(26, -3.13), rotary(26, -0.8), rotary(26, -2.6), linear(32, 50e-9, 2.5)],
     drive_full_scale: [
         30_000.0 * DRIVE_HEADROOM,
         120_000.0 * DRIVE_HEADROOM,

@@ -5,5 +5,6 @@
 pub mod arm;
 pub mod command;
 pub mod fault;
+pub mod pil;
 pub mod telemetry;
 pub mod wire;

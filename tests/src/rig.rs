@@ -25,7 +25,6 @@ pub struct Line {
 }
 
 /// A handle with a [`Line`] in between.
-#[derive(Debug)]
 struct Tapped<T> {
     inner: Handle<T>,
     line: Rc<Line>,
@@ -63,8 +62,8 @@ impl OutputPin for Tapped<Output> {
 struct Last(Record);
 
 impl RecordSink for Last {
-    fn push(&mut self, record: &Record) -> bool {
-        self.0 = *record;
+    fn push(&mut self, record: Record) -> bool {
+        self.0 = record;
         true
     }
 }
@@ -96,10 +95,12 @@ impl Rig {
         let arm = REFERENCE;
         let bench = Rc::new(RefCell::new(Bench::new(&arm, skew_s, 1)));
         let (io, devices, pins) = tap(&bench);
+        let mut controller = Executive::new(io);
+        controller.configure(config).expect("a configuration in range");
         Self {
             plant: Plant::at_rest(&arm, Q0, Disturbance::new(FRICTION, Ratios::Fixed(RATIOS)), 1),
             last: Record::default(),
-            controller: Executive::new(config, io).expect("a configuration in range"),
+            controller,
             tick_s: 1.0 / f64::from(config.tick_hz),
             torque: [0.0; JOINTS],
             bench,
@@ -118,7 +119,7 @@ impl Rig {
             qdd: self.plant.acceleration(&self.torque),
         });
         let mut sink = Last(self.last);
-        self.controller.tick(&TickInput { command }, &mut sink);
+        self.controller.tick(&TickInput { command: command.as_ref() }, &mut sink);
         self.last = sink.0;
         let commands = self.bench.borrow().drive_commands();
         self.torque = std::array::from_fn(|j| commands[j] * self.arm.drive_full_scale[j]);

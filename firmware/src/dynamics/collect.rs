@@ -1,10 +1,11 @@
 //! Collects masses, centres of mass and inertia tensors into the constants of the closed form.
 
 use crate::config::{ArmModel, Body};
+use bytemuck::{Pod, Zeroable};
 
 /// Constants of the closed form. Moments are about the joint frames, in the plane of the boom.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Constants {
     /// MDH lengths a1 and a2, m.
     pub(super) a1: f32,
@@ -111,8 +112,15 @@ impl Moments {
 }
 
 impl Constants {
-    /// Collects the constants of `arm`, payload included.
+    /// The constants of `arm`.
     pub fn new(arm: &ArmModel) -> Self {
+        let mut constants = Self::zeroed();
+        constants.collect(arm);
+        constants
+    }
+
+    /// Collects the constants of `arm`, payload included.
+    pub fn collect(&mut self, arm: &ArmModel) {
         let g = &arm.geometry;
         let [column, boom, forearm, telescope] = &arm.links;
         let column = Moments::of(column);
@@ -130,7 +138,7 @@ impl Constants {
         let column_izz = column.square[0] + column.square[1];
         let lateral = boom.square[2] + outer.square[2];
         let j0 = column_izz + lateral + (boom.m + outer.m) * g.a1_m * g.a1_m + along;
-        Self {
+        *self = Self {
             a1: g.a1_m,
             a2: g.a2_m,
             gravity: arm.gravity_m_s2,
@@ -154,6 +162,6 @@ impl Constants {
             mly: outer.product[0],
             ml4: telescope.first[2],
             n22: along + across,
-        }
+        };
     }
 }

@@ -1,6 +1,7 @@
 //! What the commands of the command line do.
 
 mod model;
+mod pil;
 mod progress;
 mod run;
 
@@ -17,6 +18,7 @@ pub fn execute(cli: &Cli) -> miette::Result<bool> {
     match &cli.command {
         None => run::table3(),
         Some(Command::Run(args)) => run::run(args),
+        Some(Command::Pil(args)) => pil::pil(args),
         Some(Command::List) => {
             list();
             Ok(true)

@@ -72,6 +72,9 @@ fn plant_side(args: &ModelArgs) -> Side {
     }
 }
 
+/// Name, both sides' numbers and what each number is called.
+type Row<'a> = (&'a str, &'a [f64], &'a [f64], &'a [&'a str]);
+
 fn print_side_by_side(both: &Both) {
     let mut table = Table::new();
     table.load_style(presets::UTF8_HORIZONTAL_ONLY);
@@ -80,7 +83,7 @@ fn print_side_by_side(both: &Both) {
         column.set_cell_alignment(CellAlignment::Right);
     }
     let (f, p) = (&both.firmware, &both.plant);
-    let rows: [(&str, &Vec<f64>, &Vec<f64>, &[&str]); 6] = [
+    let rows: [Row<'_>; 6] = [
         ("position, m", &f.position_m, &p.position_m, &["x", "y", "z"]),
         (
             "rotation",

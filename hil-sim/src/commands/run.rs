@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use miette::IntoDiagnostic;
 
 use super::progress::Progress;
-use crate::cli::RunArgs;
+use crate::cli::{Choice, RunArgs};
 use crate::outcome::{Adaptation, Law, Outcome};
 use crate::report;
 use crate::run::{self, Options};
@@ -37,7 +37,7 @@ pub fn table3() -> miette::Result<bool> {
 
 /// Runs one scenario with the options of the command line.
 pub fn run(args: &RunArgs) -> miette::Result<bool> {
-    let scenario = overridden(args)?;
+    let scenario = overridden(&args.choice)?;
     let outcome = one(&scenario, !args.no_output)?;
     if args.json {
         println!("{}", serde_json::to_string(&outcome).into_diagnostic()?);
@@ -54,7 +54,8 @@ pub fn run(args: &RunArgs) -> miette::Result<bool> {
     Ok(outcome.is_good())
 }
 
-fn overridden(args: &RunArgs) -> miette::Result<Scenario> {
+/// The scenario with what the command line overrides.
+pub fn overridden(args: &Choice) -> miette::Result<Scenario> {
     let mut scenario = Scenario::load(&args.scenario)?;
     let controller = &mut scenario.controller;
     controller.law = args.law.unwrap_or(controller.law);
@@ -74,7 +75,8 @@ fn default_folder(scenario: &Scenario) -> PathBuf {
     Path::new("out").join(&scenario.name)
 }
 
-fn print_outcome(outcome: &Outcome) {
+/// Prints metrics and verdict.
+pub fn print_outcome(outcome: &Outcome) {
     let m = &outcome.metrics;
     println!("{} with {} at {} Hz", outcome.scenario, outcome.label(), outcome.tick_hz);
     println!("  RMS x, y, z  {:.4e}  {:.4e}  {:.4e} m", m.rms_m[0], m.rms_m[1], m.rms_m[2]);

@@ -76,10 +76,8 @@ impl Model {
         let frames = Frames::new(&self.geometry, q);
         let mut mass = self.composite_mass(&frames);
         for j in (0..4).filter(|&j| locked[j]) {
-            for i in 0..4 {
-                mass[i][j] = 0.0;
-                mass[j][i] = 0.0;
-            }
+            mass.iter_mut().for_each(|row| row[j] = 0.0);
+            mass[j] = [0.0; 4];
             mass[j][j] = 1.0;
         }
         Dynamics {

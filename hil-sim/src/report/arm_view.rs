@@ -10,7 +10,7 @@ use shared::arm::{JOINTS, REFERENCE};
 use super::ReportError;
 use super::axis::Axis;
 use super::figures::Figure;
-use super::plot::{self, Curve, FRAME_PX};
+use super::plot::{self, Curve, FRAME_PX, PANEL_PX};
 use super::style::{POSES, TIP_PATH};
 use crate::outcome::Outcome;
 
@@ -21,8 +21,6 @@ const FOREARM_M: f64 = 2.7;
 
 /// Length of the telescope's inner section, which ends at the tip, m.
 const TELESCOPE_M: f64 = 2.8;
-
-const WIDTH_PX: u32 = 900;
 
 /// Room around the arm, m.
 const MARGIN_M: f64 = 0.25;
@@ -70,9 +68,9 @@ fn draw(
     z: Range<f64>,
     curves: &[Curve],
 ) -> Result<String, ReportError> {
-    let inner_px = f64::from(WIDTH_PX - FRAME_PX.0);
+    let inner_px = f64::from(PANEL_PX.0 - FRAME_PX.0);
     let height_px = (inner_px * (z.end - z.start) / (x.end - x.start)).clamp(100.0, 2_000.0);
-    let size_px = (WIDTH_PX, height_px as u32 + FRAME_PX.1);
+    let size_px = (PANEL_PX.0, height_px as u32 + FRAME_PX.1);
     let axes = (Axis::over("radius, m", x), Axis::over("height, m", z));
     plot::draw(title, size_px, axes, curves)
         .map_err(|reason| ReportError::Plot { figure: title.into(), reason })

@@ -24,14 +24,13 @@ enum Scale {
 }
 
 /// A logarithmic axis shows at most this many decades below its top; the rest lies on its lower edge.
-const DECADES: f64 = 7.0;
+const DECADES: f64 = 10.0;
 
 /// About this many ticks an axis.
-const TICKS: f64 = 6.0;
+const TICKS: f64 = 7.0;
 
 /// Metric prefixes and their factors.
-const PREFIXES: [(f64, &str); 7] =
-    [(1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p")];
+const PREFIXES: [(f64, &str); 5] = [(1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n")];
 
 impl Axis {
     /// An axis that spans `values` (finite ones count) of `quantity` in `unit` with a metric prefix.
@@ -57,7 +56,8 @@ impl Axis {
         let exponents = span(values.filter(|value| *value > 0.0).map(f64::log10));
         let top = exponents.end.ceil();
         let bottom = exponents.start.floor().max(top - DECADES).min(top - 1.0);
-        let ticks = (bottom as i32..=top as i32).map(f64::from).collect();
+        let step = if top - bottom > TICKS { 2 } else { 1 };
+        let ticks = (bottom as i32..=top as i32).rev().step_by(step).map(f64::from).collect();
         let label = format!("{quantity}, {unit}");
         Self { label, range: bottom..top, ticks, scale: Scale::Log, decimals: 0 }
     }
@@ -134,9 +134,9 @@ fn span(values: impl Iterator<Item = f64>) -> Range<f64> {
     values.filter(|value| value.is_finite()).fold(None, grow).unwrap_or(0.0..0.0)
 }
 
-/// The prefix that writes `largest` as a number from 0.1 up to 100.
+/// The prefix that writes `largest` as a number from 0.2 up to 200, and thousands above kilo.
 fn prefix(largest: f64) -> (f64, &'static str) {
-    let fits = |(factor, _): &&(f64, &str)| largest >= 0.1 * factor;
+    let fits = |(factor, _): &&(f64, &str)| largest >= 0.2 * factor;
     match PREFIXES.iter().find(fits) {
         Some(found) => *found,
         None => (1.0, ""),
@@ -174,15 +174,16 @@ mod tests {
         assert_eq!(labels(&axis), ["−0.3", "−0.2", "−0.1", "0.0", "0.1", "0.2"]);
         assert!((axis.place(-3.1e-7) + 0.31).abs() < 1e-12);
         assert_eq!(Axis::linear("torque", "N m", [13_917.0].into_iter()).label, "torque, kN m");
+        assert_eq!(Axis::linear("torque", "N m", [106.0].into_iter()).label, "torque, N m");
         assert_eq!(Axis::linear("position", "rad", [0.2129].into_iter()).label, "position, rad");
     }
 
     #[test]
     fn log_axis_spans_decades_and_holds_what_lies_below() {
         let axis = Axis::log("V", "1", [0.0, 3e-20, 2e-3, f64::INFINITY].into_iter());
-        assert_eq!(axis.range, -9.0..-2.0);
-        assert_eq!(labels(&axis)[0], "10⁻⁹");
-        assert_eq!([axis.place(0.0), axis.place(1e-30), axis.place(1e-4)], [-9.0, -9.0, -4.0]);
+        assert_eq!(axis.range, -12.0..-2.0);
+        assert_eq!(labels(&axis), ["10⁻²", "10⁻⁴", "10⁻⁶", "10⁻⁸", "10⁻¹⁰", "10⁻¹²"]);
+        assert_eq!([axis.place(0.0), axis.place(1e-30), axis.place(1e-4)], [-12.0, -12.0, -4.0]);
     }
 
     #[test]

@@ -4,7 +4,7 @@ use shared::arm::JOINTS;
 
 use super::axis::Axis;
 use super::plot::{self, Curve, PANEL_PX};
-use super::style::{LIMIT, REFERENCE, RUNS, Stroke};
+use super::style::{LIMIT, REFERENCE, Stroke, controller};
 use super::{EFFORT, POSITION, ReportError, SPEED, arm_view};
 use crate::outcome::{Adaptation, Law, Outcome, TickRow};
 
@@ -110,8 +110,9 @@ fn tip_error(outcomes: &[Outcome]) -> Result<Figure, ReportError> {
         y_axis: YAxis::Linear,
         curves: runs(outcomes, axis, |r, axis| r.tip_error_m[axis]),
     });
-    let caption =
-        "Tip position less the desired one in world axes: what Table 3 is taken from.".into();
+    let caption = "Tip position less the desired one in world axes: what Table 3 is taken from. \
+                   Zero lies on the lower edge of the logarithmic axis."
+        .into();
     let panels = [norm].into_iter().chain(axes).collect();
     drawn("6. End-point error", caption, legend(outcomes, None), panels)
 }
@@ -127,25 +128,32 @@ fn torques(outcomes: &[Outcome]) -> Result<Figure, ReportError> {
         curves.extend(runs(outcomes, j, |r, j| r.torque[j]));
         curves
     });
-    let caption = "Torque and force that the drives apply.".into();
+    let caption = format!(
+        "Torque and force that the drives apply. Highest share of the limit, joints 1 to 4: {}.",
+        [0, 1, 2, 3].map(|j| format!("{:.1} %", 100.0 * peak(outcomes, j) / limit[j])).join(", "),
+    );
     drawn("7. Joint torques", caption, legend(outcomes, Some(("limit", LIMIT))), panels)
+}
+
+/// Highest torque of a joint in any run, N m or N.
+fn peak(outcomes: &[Outcome], joint: usize) -> f64 {
+    let rows = outcomes.iter().flat_map(|outcome| &outcome.rows);
+    rows.map(|row| row.torque[joint].abs()).fold(0.0, f64::max)
 }
 
 fn disturbances(outcomes: &[Outcome]) -> Result<Figure, ReportError> {
     let adapts = |o: &Outcome| o.law == Law::Backstepping && o.adaptation != Adaptation::None;
     let panels = by_joint("effort", EFFORT, |j| {
         let truth = outcomes.iter().map(|o| curve(o, j, |r, j| r.disturbance[j], REFERENCE));
-        let estimates = outcomes
-            .iter()
-            .zip(RUNS)
-            .filter(|(o, _)| adapts(o))
-            .map(|(o, stroke)| curve(o, j, |r, j| r.record.d_hat[j].into(), stroke));
+        let adapting = outcomes.iter().filter(|o| adapts(o));
+        let estimates =
+            adapting.map(|o| curve(o, j, |r, j| r.record.d_hat[j].into(), controller(o)));
         truth.chain(estimates).collect()
     });
     let mut names = vec![("true disturbance d of each run".into(), REFERENCE)];
-    let estimating = outcomes.iter().zip(RUNS).filter(|(o, _)| adapts(o));
-    names.extend(estimating.map(|(o, stroke)| (format!("d̂, {}", o.label()), stroke)));
-    let caption = "The estimate starts at zero. Laws that do not adapt have none.".into();
+    let adapting = outcomes.iter().filter(|o| adapts(o));
+    names.extend(adapting.map(|o| (format!("d̂, {}", o.label()), controller(o))));
+    let caption = "Laws that do not adapt have no estimate.".into();
     drawn("8. Disturbance and its estimate", caption, names, panels)
 }
 
@@ -184,13 +192,9 @@ fn by_joint(
     NAMES.into_iter().zip(units).enumerate().map(panel).collect()
 }
 
-/// One curve a run, in the order and the strokes of [`RUNS`].
+/// One curve a run.
 fn runs(outcomes: &[Outcome], index: usize, value: Value) -> Vec<Curve> {
-    outcomes
-        .iter()
-        .zip(RUNS)
-        .map(|(outcome, stroke)| curve(outcome, index, value, stroke))
-        .collect()
+    outcomes.iter().map(|outcome| curve(outcome, index, value, controller(outcome))).collect()
 }
 
 fn curve(outcome: &Outcome, index: usize, value: Value, stroke: Stroke) -> Curve {
@@ -199,7 +203,7 @@ fn curve(outcome: &Outcome, index: usize, value: Value, stroke: Stroke) -> Curve
 }
 
 fn legend(outcomes: &[Outcome], more: Option<(&str, Stroke)>) -> Vec<(String, Stroke)> {
-    let runs = outcomes.iter().zip(RUNS).map(|(outcome, stroke)| (outcome.label().into(), stroke));
+    let runs = outcomes.iter().map(|outcome| (outcome.label().into(), controller(outcome)));
     runs.chain(more.map(|(name, stroke)| (name.into(), stroke))).collect()
 }
 

@@ -21,7 +21,7 @@ const TEXT_PX: f64 = 27.0;
 const AXIS_COLOR: RGBColor = RGBColor(0x44, 0x44, 0x44);
 const GRID_COLOR: RGBColor = RGBColor(0xE3, 0xE3, 0xE3);
 const LEFT_PX: u32 = 120;
-const BOTTOM_PX: u32 = 76;
+const BOTTOM_PX: u32 = 68;
 const TITLE_PX: u32 = 40;
 const MARGIN_PX: u32 = 16;
 

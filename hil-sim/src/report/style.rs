@@ -4,6 +4,8 @@ use std::fmt::Write;
 
 use plotters::style::RGBColor;
 
+use crate::outcome::{Adaptation, Law, Outcome};
+
 /// How a curve is drawn. The dash pattern is applied by the page's style sheet, keyed by colour.
 #[derive(Clone, Copy)]
 pub(super) struct Stroke {
@@ -12,13 +14,20 @@ pub(super) struct Stroke {
     dash: &'static str,
 }
 
-/// One for each controller that can be told apart by its label.
-pub(super) const RUNS: [Stroke; 4] = [
-    stroke(0x0072B2, 3, "none"),
-    stroke(0xD55E00, 3, "14 7"),
-    stroke(0x009E73, 3, "4 6"),
-    stroke(0xE69F00, 3, "16 6 3 6"),
-];
+const INERTIA: Stroke = stroke(0x0072B2, 3, "none");
+const PD: Stroke = stroke(0xD55E00, 3, "14 7");
+const PAPER: Stroke = stroke(0xCC79A7, 3, "4 6");
+const FIXED: Stroke = stroke(0x009E73, 3, "16 6 3 6");
+
+/// A controller looks the same in every report.
+pub(super) const fn controller(outcome: &Outcome) -> Stroke {
+    match (outcome.law, outcome.adaptation) {
+        (Law::Pd, _) => PD,
+        (Law::Backstepping, Adaptation::Inertia) => INERTIA,
+        (Law::Backstepping, Adaptation::Paper) => PAPER,
+        (Law::Backstepping, Adaptation::None) => FIXED,
+    }
+}
 
 /// What a controller should have followed: wide and pale, so that the curves on it stay visible.
 pub(super) const REFERENCE: Stroke = stroke(0xBBBBBB, 9, "none");
@@ -29,7 +38,7 @@ pub(super) const LIMIT: Stroke = stroke(0x000000, 2, "10 6");
 pub(super) const POSES: [Stroke; 3] =
     [stroke(0xA6CBE6, 4, "none"), stroke(0x4A8FC4, 4, "none"), stroke(0x0B3C66, 4, "none")];
 
-pub(super) const TIP_PATH: Stroke = stroke(0xCC79A7, 3, "none");
+pub(super) const TIP_PATH: Stroke = stroke(0xE69F00, 3, "none");
 
 const fn stroke(rgb: u32, width_px: u32, dash: &'static str) -> Stroke {
     let [_, red, green, blue] = rgb.to_be_bytes();
@@ -60,7 +69,7 @@ impl Stroke {
 
 /// Style sheet rules that give each dashed colour its pattern.
 pub(super) fn dash_rules() -> String {
-    RUNS.iter().chain([&LIMIT]).fold(String::new(), |mut rules, stroke| {
+    [INERTIA, PD, PAPER, FIXED, LIMIT].into_iter().fold(String::new(), |mut rules, stroke| {
         let _ = writeln!(
             rules,
             "polyline[stroke=\"{}\"] {{ stroke-dasharray: {}; }}",

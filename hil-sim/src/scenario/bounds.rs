@@ -106,8 +106,10 @@ bounds! {
         "the pick-up must not come after the trajectory's end (`duration_s`)";
     ROTARY_BITS: "encoders.rotary_bits", Whole, 16.0, 26.0, "bits",
         "the position word of the rotary encoder has 26 bits";
-    LINEAR_LSB_M: "encoders.linear_lsb_m", Real, 10e-9, 10e-6, "m", "";
-    SKEW_S: "encoders.skew_s", Real, 0.0, 20e-6, "s", "four reads must fit in the shortest tick, 125 us";
+    LINEAR_LSB_M: "encoders.linear_lsb_m", Real, 50e-9, 10e-6, "m",
+        "positions are kept as 26-bit counts, which a finer scale would leave";
+    SKEW_S: "encoders.skew_s", Real, 0.0, 15e-6, "s",
+        "the fourth latch must fall into the first half of the shortest tick, 125 us";
     K1: "controller.k1", Real, 10.0, 500.0, "1/s", "";
     K2: "controller.k2", Real, 10.0, 500.0, "1/s", "";
     KP: "controller.kp", Real, 10.0, 40_000.0, "1/s²", "";

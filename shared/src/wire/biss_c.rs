@@ -73,8 +73,8 @@ pub enum FrameError {
     Crc,
 }
 
-/// Where the fields of one encoder's read are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Where the fields of one encoder's read are. The default fits no encoder.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Layout {
     /// Clocks after the CRC, 0 to 24.
     trailing: u32,

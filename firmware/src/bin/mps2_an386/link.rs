@@ -1,0 +1,263 @@
+//! The tunnel to the harness: semihosting reads and writes on two FIFOs.
+//!
+//! What has no answer is collected and sent with the next thing that has one. All of this stands for wire
+//! time on silicon; its functions lie in the section `.text.link`, which counts leave out.
+
+use core::cell::UnsafeCell;
+
+use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
+use cortex_m_semihosting::syscall;
+use embedded_hal::digital::{self, InputPin, OutputPin};
+use embedded_hal::spi::{self, Operation, SpiDevice};
+use heapless::Vec;
+use shared::command::Command;
+use shared::pil::{self, RELEASE_BYTES, Release, TRANSFER_MAX};
+use shared::telemetry::Record;
+
+/// Semihosting open modes (Arm IHI 0069, SYS_OPEN): "rb" and "wb".
+const MODE_READ: usize = 1;
+const MODE_WRITE: usize = 5;
+
+struct Link {
+    to_harness: usize,
+    to_board: usize,
+    /// Collected, not yet sent.
+    pending: Vec<u8, 256>,
+    /// Input pins as of the last release.
+    levels: u8,
+}
+
+struct Shared(UnsafeCell<Link>);
+
+// SAFETY: idle uses it before SysTick starts and, between ticks, to send records; a tick begins only when
+// the harness has that record, so the two never overlap.
+unsafe impl Sync for Shared {}
+
+static LINK: Shared =
+    Shared(UnsafeCell::new(Link { to_harness: 0, to_board: 0, pending: Vec::new(), levels: 0 }));
+
+fn with<R>(use_link: impl FnOnce(&mut Link) -> R) -> R {
+    // SAFETY: see `Sync` above; no caller nests.
+    use_link(unsafe { &mut *LINK.0.get() })
+}
+
+/// Opens both FIFOs; waits for the harness.
+#[inline(never)]
+#[unsafe(link_section = ".text.link")]
+pub fn open() {
+    with(|link| {
+        link.to_harness = open_one(b"to-harness\0", MODE_WRITE);
+        link.to_board = open_one(b"to-board\0", MODE_READ);
+    });
+}
+
+fn open_one(name: &'static [u8], mode: usize) -> usize {
+    // SAFETY: SYS_OPEN takes the address of a zero-terminated name, the mode and the name's length.
+    unsafe { syscall!(OPEN, name.as_ptr(), mode, name.len() - 1) }
+}
+
+/// Ends the emulation: the harness is gone.
+fn give_up() -> ! {
+    debug::exit(EXIT_FAILURE);
+    loop {
+        cortex_m::asm::wfi();
+    }
+}
+
+impl Link {
+    /// Adds to what will be sent; sends first where there is no room.
+    fn post(&mut self, bytes: &[u8]) {
+        if self.pending.extend_from_slice(bytes).is_err() {
+            self.flush();
+            if self.pending.extend_from_slice(bytes).is_err() {
+                self.write(bytes);
+            }
+        }
+    }
+
+    fn flush(&mut self) {
+        let pending = core::mem::take(&mut self.pending);
+        self.write(&pending);
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        // SAFETY: SYS_WRITE takes handle, address and length; it returns what was not written.
+        if unsafe { syscall!(WRITE, self.to_harness, bytes.as_ptr(), bytes.len()) } != 0 {
+            give_up();
+        }
+    }
+
+    fn read(&mut self, bytes: &mut [u8]) {
+        let mut left = bytes.len();
+        while left > 0 {
+            let Some(rest) = bytes.len().checked_sub(left).and_then(|done| bytes.get_mut(done..))
+            else {
+                give_up();
+            };
+            // SAFETY: SYS_READ takes handle, address and length; it returns what was not read.
+            let missing = unsafe { syscall!(READ, self.to_board, rest.as_mut_ptr(), rest.len()) };
+            if missing >= left {
+                give_up();
+            }
+            left = missing;
+        }
+    }
+}
+
+/// Fills `bytes` from the harness.
+#[inline(never)]
+#[unsafe(link_section = ".text.link")]
+pub fn receive(bytes: &mut [u8]) {
+    with(|link| link.read(bytes));
+}
+
+/// Waits for the next tick's release.
+#[inline(never)]
+#[unsafe(link_section = ".text.link")]
+pub fn await_release() -> Option<Command> {
+    let mut bytes = [0; RELEASE_BYTES];
+    receive(&mut bytes);
+    if bytes == pil::QUIT {
+        debug::exit(EXIT_SUCCESS);
+    }
+    let release = Release::from_bytes(&bytes);
+    with(|link| link.levels = release.levels);
+    release.command
+}
+
+/// Tells the harness what the configuration became.
+pub fn send_coefficients(bytes: &[u8]) {
+    let [low, high] = (bytes.len() as u16).to_le_bytes();
+    with(|link| {
+        link.post(&[pil::TAG_COEFFICIENTS, low, high]);
+        link.flush();
+        link.write(bytes);
+    });
+}
+
+/// Tells the harness that the configuration was refused.
+pub fn send_refusal() {
+    with(|link| {
+        link.post(&[pil::TAG_REFUSED]);
+        link.flush();
+    });
+}
+
+/// Closes a tick.
+pub fn send_record(record: &Record) {
+    let bytes = record.to_bytes();
+    with(|link| {
+        link.post(&[pil::TAG_RECORD]);
+        link.post(&bytes);
+        link.flush();
+    });
+}
+
+#[inline(never)]
+#[unsafe(link_section = ".text.link")]
+fn transfer(device: u8, mosi: &[u8], miso: &mut [u8]) {
+    with(|link| {
+        link.post(&[pil::TAG_TRANSFER, device, mosi.len() as u8]);
+        link.post(mosi);
+        link.flush();
+        link.read(miso);
+    });
+}
+
+#[inline(never)]
+#[unsafe(link_section = ".text.link")]
+fn post_pin(pin: u8, high: bool) {
+    with(|link| link.post(&[pil::TAG_PIN, pin, u8::from(high)]));
+}
+
+#[inline(never)]
+#[unsafe(link_section = ".text.link")]
+fn level(bit: u8) -> bool {
+    with(|link| link.levels >> (bit & 7) & 1 == 1)
+}
+
+/// A device on the tunnelled bus.
+pub struct Tunnel(pub u8);
+
+impl spi::ErrorType for Tunnel {
+    type Error = spi::ErrorKind;
+}
+
+impl SpiDevice for Tunnel {
+    /// Each operation is a chip-select frame of its own: the drivers use one a transaction.
+    #[inline(always)]
+    fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), Self::Error> {
+        for operation in operations {
+            exchange(self.0, operation)?;
+        }
+        Ok(())
+    }
+}
+
+#[inline(never)]
+#[unsafe(link_section = ".text.link")]
+fn exchange(device: u8, operation: &mut Operation<'_, u8>) -> Result<(), spi::ErrorKind> {
+    let mut buffer = [0; TRANSFER_MAX];
+    match operation {
+        Operation::Read(read) => {
+            let zeros = buffer.get(..read.len()).ok_or(spi::ErrorKind::Overrun)?;
+            transfer(device, zeros, read);
+        }
+        Operation::Write(write) => {
+            let ignored = buffer.get_mut(..write.len()).ok_or(spi::ErrorKind::Overrun)?;
+            transfer(device, write, ignored);
+        }
+        Operation::Transfer(read, write) if read.len() == write.len() => {
+            transfer(device, write, read);
+        }
+        Operation::TransferInPlace(data) => {
+            let sent = buffer.get_mut(..data.len()).ok_or(spi::ErrorKind::Overrun)?;
+            for (slot, byte) in sent.iter_mut().zip(data.iter()) {
+                *slot = *byte;
+            }
+            transfer(device, sent, data);
+        }
+        Operation::Transfer(..) | Operation::DelayNs(_) => return Err(spi::ErrorKind::Other),
+    }
+    Ok(())
+}
+
+/// A tunnelled output pin.
+pub struct Line(pub u8);
+
+impl digital::ErrorType for Line {
+    type Error = digital::ErrorKind;
+}
+
+impl OutputPin for Line {
+    #[inline(always)]
+    fn set_low(&mut self) -> Result<(), Self::Error> {
+        post_pin(self.0, false);
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn set_high(&mut self) -> Result<(), Self::Error> {
+        post_pin(self.0, true);
+        Ok(())
+    }
+}
+
+/// An input pin as of the last release.
+pub struct Level(pub u8);
+
+impl digital::ErrorType for Level {
+    type Error = digital::ErrorKind;
+}
+
+impl InputPin for Level {
+    #[inline(always)]
+    fn is_high(&mut self) -> Result<bool, Self::Error> {
+        Ok(level(self.0))
+    }
+
+    #[inline(always)]
+    fn is_low(&mut self) -> Result<bool, Self::Error> {
+        Ok(!level(self.0))
+    }
+}

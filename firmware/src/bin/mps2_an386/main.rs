@@ -1,0 +1,140 @@
+//! Emulated MPS2-AN386 (Cortex-M4F): the controller in the SysTick exception, telemetry from idle.
+//!
+//! Buses and pins are tunnelled to the harness ([`link`]), which also releases each tick.
+#![no_std]
+#![no_main]
+#![allow(unsafe_code, reason = "board file")]
+
+mod link;
+
+use core::cell::UnsafeCell;
+use core::mem::MaybeUninit;
+
+use cortex_m::peripheral::SYST;
+use cortex_m_rt::{entry, exception};
+use firmware::config::Config;
+use firmware::executive::{Executive, RecordSink, TickInput};
+use firmware::io::{Inputs, Io, Outputs};
+use heapless::spsc::Queue;
+use link::{Level, Line, Tunnel};
+use shared::pil;
+use shared::telemetry::Record;
+
+/// SysTick clock of the board, Hz (Arm DAI0386).
+const CLOCK_HZ: u32 = 25_000_000;
+
+type Controller = Executive<Tunnel, Line, Level>;
+
+/// A static that one exception owns.
+struct Owned<T>(UnsafeCell<T>);
+
+// SAFETY: each use names the one context that touches the value, or masks the others.
+unsafe impl<T> Sync for Owned<T> {}
+
+/// Written once before SysTick starts, then touched by SysTick alone.
+static CONTROLLER: Owned<MaybeUninit<Controller>> = Owned(UnsafeCell::new(MaybeUninit::uninit()));
+
+/// Comes from the harness; kept off the stack.
+static CONFIG: Owned<Config> = Owned(UnsafeCell::new(bytemuck::zeroed()));
+
+/// From tick to idle. The length is a power of two that the compiler sees, so the queue divides nothing.
+static RECORDS: Owned<Queue<Record, 4>> = Owned(UnsafeCell::new(Queue::new()));
+
+/// The tick's end of [`RECORDS`].
+struct Records;
+
+impl RecordSink for Records {
+    #[inline(always)]
+    fn push(&mut self, record: Record) -> bool {
+        // SAFETY: only SysTick pushes, and idle takes with SysTick masked.
+        unsafe { &mut *RECORDS.0.get() }.enqueue(record).is_ok()
+    }
+}
+
+#[entry]
+fn main() -> ! {
+    link::open();
+    // SAFETY: SysTick is not running yet, and nothing else touches these.
+    let (config, controller) = unsafe { (&mut *CONFIG.0.get(), &mut *CONTROLLER.0.get()) };
+    link::receive(bytemuck::bytes_of_mut(config));
+    let controller = controller.write(Executive::new(wire()));
+    if controller.configure(config).is_ok() {
+        link::send_coefficients(controller.coefficient_bytes());
+        start_ticking(config.tick_hz);
+    } else {
+        link::send_refusal();
+    }
+    loop {
+        // SAFETY: SysTick, the only other user, is masked.
+        let record = cortex_m::interrupt::free(|_| unsafe { &mut *RECORDS.0.get() }.dequeue());
+        match record {
+            Some(record) => link::send_record(&record),
+            None => cortex_m::asm::wfi(),
+        }
+    }
+}
+
+fn wire() -> Io<Tunnel, Line, Level> {
+    let from = |first: u8| [0, 1, 2, 3].map(|j| Line(first + j));
+    Io {
+        encoders: [0, 1, 2, 3].map(Tunnel),
+        adc: Tunnel(pil::DEVICE_ADC),
+        dac: Tunnel(pil::DEVICE_DAC),
+        outputs: Outputs {
+            ldac: Line(pil::PIN_LDAC),
+            drive_enable: from(pil::PIN_DRIVE_ENABLE),
+            sto: Line(pil::PIN_STO),
+            brake_release: from(pil::PIN_BRAKE_RELEASE),
+            dac_reset: Line(pil::PIN_DAC_RESET),
+            adc_reset: Line(pil::PIN_ADC_RESET),
+            watchdog: Line(pil::PIN_WATCHDOG),
+        },
+        inputs: Inputs { brake_open: [0, 1, 2, 3].map(Level), emergency_stop: [4, 5].map(Level) },
+    }
+}
+
+fn start_ticking(tick_hz: u32) {
+    // SAFETY: the only use of SysTick's registers.
+    let syst = unsafe { &*SYST::PTR };
+    let reload = CLOCK_HZ.checked_div(tick_hz).unwrap_or(CLOCK_HZ) - 1;
+    // SAFETY: a reload value of 24 bits: 25 MHz over at least 1 kHz.
+    unsafe {
+        syst.rvr.write(reload);
+        syst.cvr.write(0);
+        // Processor clock, exception, counter on (Armv7-M ARM B3.3.3, SYST_CSR).
+        syst.csr.write(0b111);
+    }
+}
+
+#[exception]
+fn SysTick() {
+    let command = link::await_release();
+    // SAFETY: SysTick starts only after the controller is written, and is its only user.
+    let controller = unsafe { (*CONTROLLER.0.get()).assume_init_mut() };
+    tick(controller, &TickInput { command: command.as_ref() });
+}
+
+/// One tick under its own symbol, so that its instructions can be counted.
+#[inline(never)]
+#[unsafe(no_mangle)]
+fn tick(controller: &mut Controller, input: &TickInput<'_>) {
+    controller.tick(input, &mut Records);
+}
+
+/// Linking fails if any panic is reachable: nothing defines this symbol.
+#[cfg(not(debug_assertions))]
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo) -> ! {
+    unsafe extern "C" {
+        fn a_panic_is_reachable() -> !;
+    }
+    // SAFETY: never linked.
+    unsafe { a_panic_is_reachable() }
+}
+
+#[cfg(debug_assertions)]
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo) -> ! {
+    cortex_m_semihosting::debug::exit(cortex_m_semihosting::debug::EXIT_FAILURE);
+    loop {}
+}

@@ -1,0 +1,23 @@
+//! `pil`: the board's image against the same firmware run as software.
+
+use miette::IntoDiagnostic;
+
+use super::progress::Progress;
+use super::run::{overridden, print_outcome};
+use crate::cli::PilArgs;
+use crate::pil;
+
+/// Runs the comparison; `false` where the builds differ or the run is not good.
+pub fn pil(args: &PilArgs) -> miette::Result<bool> {
+    let scenario = overridden(&args.choice)?;
+    let progress = Progress::new(&format!("{} on the emulated board", scenario.name));
+    let verdict = pil::run(&scenario, &args.image, &|done, planned| progress.show(done, planned));
+    drop(progress);
+    let verdict = verdict.into_diagnostic()?;
+    print_outcome(&verdict.outcome);
+    match &verdict.difference {
+        None => println!("  bit for bit as in software, {} ticks", verdict.outcome.ticks),
+        Some(difference) => println!("DIFFERENCE at {difference}"),
+    }
+    Ok(verdict.difference.is_none() && verdict.outcome.is_good())
+}

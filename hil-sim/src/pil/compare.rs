@@ -1,0 +1,131 @@
+//! The first difference between what the board and the software put on bus, pins and telemetry.
+
+use std::fmt;
+
+use shared::telemetry::Record;
+
+use crate::bench::Event;
+
+/// A difference, by tick, place and field.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Difference {
+    /// Tick since reset; `None` before the first one.
+    pub tick: Option<u64>,
+    /// Device, pin or record field.
+    pub place: String,
+    /// On the board.
+    pub board: String,
+    /// In software.
+    pub software: String,
+}
+
+impl fmt::Display for Difference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.tick {
+            Some(tick) => write!(f, "tick {tick}, ")?,
+            None => write!(f, "before the first tick, ")?,
+        }
+        write!(f, "{}: board {}, software {}", self.place, self.board, self.software)
+    }
+}
+
+/// Compares what the configuration became.
+pub fn coefficients(board: &[u8], software: &[u8]) -> Option<Difference> {
+    let differ = |place: String, board: String, software: String| {
+        Some(Difference { tick: None, place, board, software })
+    };
+    if board.len() != software.len() {
+        return differ(
+            "size of the coefficients".into(),
+            board.len().to_string(),
+            software.len().to_string(),
+        );
+    }
+    let words = board.chunks_exact(4).zip(software.chunks_exact(4)).enumerate();
+    words
+        .filter(|(_, (a, b))| a != b)
+        .find_map(|(i, (a, b))| differ(format!("coefficient word {i}"), hex(a), hex(b)))
+}
+
+/// Compares one tick: bus and pins in their order, then the record field by field.
+pub fn tick(
+    tick: u64,
+    [board, software]: &[Vec<Event>; 2],
+    on_board: &Record,
+    on_host: &Record,
+) -> Option<Difference> {
+    let differ = |place: String, board: String, software: String| {
+        Some(Difference { tick: Some(tick), place, board, software })
+    };
+    for (a, b) in board.iter().zip(software) {
+        if a != b {
+            return differ(format!("bus, {}", b.place()), a.to_string(), b.to_string());
+        }
+    }
+    if board.len() != software.len() {
+        return differ(
+            "number of bus and pin events".into(),
+            board.len().to_string(),
+            software.len().to_string(),
+        );
+    }
+    if on_board.to_bytes() == on_host.to_bytes() {
+        return None;
+    }
+    let fields = |record: &Record| named_fields(record).into_iter().collect::<Vec<_>>();
+    fields(on_board)
+        .into_iter()
+        .zip(fields(on_host))
+        .find(|((_, a), (_, b))| a != b)
+        .and_then(|((name, a), (_, b))| differ(format!("record, {name}"), a, b))
+}
+
+/// Each field of a record by name, floats with their bits.
+fn named_fields(r: &Record) -> Vec<(String, String)> {
+    let floats = |name: &str, values: &[f32; 4]| {
+        let name = name.to_owned();
+        values
+            .iter()
+            .enumerate()
+            .map(move |(j, v)| {
+                (format!("{name} of joint {}", j + 1), format!("{v:e} ({:#010x})", v.to_bits()))
+            })
+            .collect::<Vec<_>>()
+    };
+    let whole = |name: &str, values: &[i64]| {
+        let several = values.len() > 1;
+        let name = name.to_owned();
+        values
+            .iter()
+            .enumerate()
+            .map(move |(j, v)| {
+                let name =
+                    if several { format!("{name} of joint {}", j + 1) } else { name.clone() };
+                (name, v.to_string())
+            })
+            .collect::<Vec<_>>()
+    };
+    [
+        whole("tick", &[r.tick.into()]),
+        whole("mode", &[r.mode.into()]),
+        whole("refusal", &[r.refusal.into()]),
+        whole("fault", &[r.fault.into()]),
+        whole("code", &r.code.map(i64::from)),
+        whole("adc", &r.adc.map(i64::from)),
+        whole("phase", &[r.phase.into()]),
+        floats("qd", &r.qd),
+        floats("e1", &r.e1),
+        floats("e1_dot", &r.e1_dot),
+        floats("d_hat", &r.d_hat),
+        whole("dac", &r.dac.map(i64::from)),
+        whole("saturated", &[r.saturated.into()]),
+        whole("adaptation_bound", &[r.adaptation_bound.into()]),
+        whole("rejected", &[r.rejected.into()]),
+        whole("dropped", &[r.dropped.into()]),
+    ]
+    .concat()
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|b| format!("{b:02x}")).collect::<Vec<_>>().join(" ")
+}

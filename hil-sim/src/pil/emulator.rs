@@ -1,0 +1,268 @@
+//! The emulator as a child process, and the board's end of the bench over two FIFOs.
+
+use std::cell::RefCell;
+use std::fs::{File, OpenOptions};
+use std::io::{self, Read, Write};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::rc::Rc;
+use std::time::Duration;
+
+use firmware::config::Config;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::fs::{CWD, Mode, mkfifoat};
+use shared::command::Command as ArmCommand;
+use shared::pil::{self, Release, TRANSFER_MAX};
+use shared::telemetry::{RECORD_BYTES, Record};
+use tempfile::TempDir;
+use thiserror::Error;
+
+use crate::bench::{Bench, Device, Output};
+
+/// Program that emulates the board.
+const PROGRAM: &str = "qemu-system-arm";
+/// 8 ns an instruction: every tick rate leaves idle time between two ticks.
+const ICOUNT: &str = "shift=3,align=off,sleep=off";
+/// The emulator is looked after this often while it is silent.
+const POLL: Timespec = Timespec { tv_sec: 0, tv_nsec: 200_000_000 };
+/// Silence that counts as a hang: this many polls, 20 s.
+const PATIENCE_POLLS: u32 = 100;
+
+/// Why the emulator is of no use.
+#[derive(Debug, Error)]
+pub enum EmulatorError {
+    /// No image.
+    #[error("no board image at {path}; build it with `cargo firmware`")]
+    NoImage {
+        /// Where it was looked for.
+        path: String,
+    },
+    /// The program is not there.
+    #[error("cannot start {PROGRAM}: {0}; install it (Debian: apt-get install qemu-system-arm)")]
+    Start(io::Error),
+    /// The child ended.
+    #[error("the emulator ended in the middle of the run ({0})")]
+    Ended(String),
+    /// The child is silent.
+    #[error("the emulator has been silent for 20 s")]
+    Silent,
+    /// The FIFOs failed.
+    #[error("talking to the emulator failed: {0}")]
+    Io(#[from] io::Error),
+    /// The board sent what is no message.
+    #[error("the board sent an unknown message (tag {0}); image and harness may differ in version")]
+    Unknown(u8),
+    /// The board refused its configuration.
+    #[error("the board refuses its configuration")]
+    Refused,
+}
+
+/// A running emulator; dropping it ends the process.
+pub struct Emulator {
+    child: Child,
+    to_board: File,
+    to_harness: Buffered,
+    bench: Rc<RefCell<Bench>>,
+    coefficients: Vec<u8>,
+    /// Holds the FIFOs; removed at the end.
+    _folder: TempDir,
+}
+
+impl Emulator {
+    /// Starts `image` and hands it `config`.
+    ///
+    /// # Errors
+    /// [`EmulatorError`] where it does not come up.
+    pub fn start(
+        image: &Path,
+        config: &Config,
+        bench: Rc<RefCell<Bench>>,
+    ) -> Result<Self, EmulatorError> {
+        Self::start_with(image, config, bench, &[])
+    }
+
+    /// As [`Self::start`], with further arguments to the emulator.
+    ///
+    /// # Errors
+    /// As [`Self::start`].
+    pub fn start_with(
+        image: &Path,
+        config: &Config,
+        bench: Rc<RefCell<Bench>>,
+        arguments: &[String],
+    ) -> Result<Self, EmulatorError> {
+        let image = image
+            .canonicalize()
+            .map_err(|_| EmulatorError::NoImage { path: image.display().to_string() })?;
+        let folder = tempfile::tempdir()?;
+        let [to_board, to_harness] =
+            [pil::TO_BOARD, pil::TO_HARNESS].map(|n| folder.path().join(n));
+        for fifo in [&to_board, &to_harness] {
+            mkfifoat(CWD, fifo, Mode::RUSR | Mode::WUSR).map_err(io::Error::from)?;
+        }
+        // Opened for both directions, a FIFO never blocks on a missing peer.
+        let open = |path| OpenOptions::new().read(true).write(true).open(path);
+        let (to_board, to_harness) = (open(&to_board)?, open(&to_harness)?);
+        let child =
+            command(&image, folder.path(), arguments).spawn().map_err(EmulatorError::Start)?;
+        let mut emulator = Self {
+            child,
+            to_board,
+            to_harness: Buffered::new(to_harness),
+            bench,
+            coefficients: Vec::new(),
+            _folder: folder,
+        };
+        emulator.to_board.write_all(bytemuck::bytes_of(config))?;
+        emulator.coefficients = emulator.greet()?;
+        Ok(emulator)
+    }
+
+    /// What the configuration became on the board.
+    pub fn coefficients(&self) -> &[u8] {
+        &self.coefficients
+    }
+
+    /// Ends the emulation in order, so that what the emulator writes at its end is written.
+    ///
+    /// # Errors
+    /// Where it cannot be told or does not end.
+    pub fn stop(mut self) -> Result<(), EmulatorError> {
+        self.to_board.write_all(&pil::QUIT)?;
+        for _ in 0..PATIENCE_POLLS {
+            if self.child.try_wait()?.is_some() {
+                return Ok(());
+            }
+            std::thread::sleep(Duration::from_millis(100));
+        }
+        Err(EmulatorError::Silent)
+    }
+
+    fn greet(&mut self) -> Result<Vec<u8>, EmulatorError> {
+        match self.byte()? {
+            pil::TAG_COEFFICIENTS => {
+                let length = u16::from_le_bytes([self.byte()?, self.byte()?]);
+                (0..length).map(|_| self.byte()).collect()
+            }
+            pil::TAG_REFUSED => Err(EmulatorError::Refused),
+            tag => Err(EmulatorError::Unknown(tag)),
+        }
+    }
+
+    /// Releases one tick and serves its bus until its record arrives.
+    ///
+    /// # Errors
+    /// [`EmulatorError`] where the emulator is gone or talks nonsense.
+    pub fn exchange(&mut self, command: Option<ArmCommand>) -> Result<Record, EmulatorError> {
+        let levels = self.bench.borrow().input_levels();
+        self.to_board.write_all(&Release { levels, command }.to_bytes())?;
+        loop {
+            match self.byte()? {
+                pil::TAG_PIN => {
+                    let (pin, high) = (self.byte()?, self.byte()? != 0);
+                    let pin = Output::from_number(pin).ok_or(EmulatorError::Unknown(pin))?;
+                    self.bench.borrow_mut().set(pin, high);
+                }
+                pil::TAG_TRANSFER => self.transfer()?,
+                pil::TAG_RECORD => {
+                    let mut bytes = [0; RECORD_BYTES];
+                    self.fill(&mut bytes)?;
+                    return Ok(Record::from_bytes(&bytes));
+                }
+                tag => return Err(EmulatorError::Unknown(tag)),
+            }
+        }
+    }
+
+    fn transfer(&mut self) -> Result<(), EmulatorError> {
+        let (device, length) = (self.byte()?, self.byte()?);
+        let device = Device::from_number(device).ok_or(EmulatorError::Unknown(device))?;
+        let (mut mosi, mut miso) = ([0; TRANSFER_MAX], [0; TRANSFER_MAX]);
+        let length = usize::from(length).min(TRANSFER_MAX);
+        self.fill(&mut mosi[..length])?;
+        self.bench.borrow_mut().transfer(device, &mosi[..length], &mut miso[..length]);
+        Ok(self.to_board.write_all(&miso[..length])?)
+    }
+
+    fn byte(&mut self) -> Result<u8, EmulatorError> {
+        let mut byte = [0];
+        self.fill(&mut byte)?;
+        Ok(byte[0])
+    }
+
+    fn fill(&mut self, bytes: &mut [u8]) -> Result<(), EmulatorError> {
+        let mut done = 0;
+        while done < bytes.len() {
+            let taken = self.to_harness.take(&mut bytes[done..]);
+            if taken == 0 {
+                self.refill()?;
+            }
+            done += taken;
+        }
+        Ok(())
+    }
+
+    /// Waits for bytes from the board, watching the child.
+    fn refill(&mut self) -> Result<(), EmulatorError> {
+        for _ in 0..PATIENCE_POLLS {
+            let mut wanted = [PollFd::new(&self.to_harness.file, PollFlags::IN)];
+            match poll(&mut wanted, Some(&POLL)) {
+                Ok(0) | Err(rustix::io::Errno::INTR) => {}
+                Ok(_) => return Ok(self.to_harness.refill()?),
+                Err(error) => return Err(io::Error::from(error).into()),
+            }
+            if let Some(status) = self.child.try_wait()? {
+                return Err(EmulatorError::Ended(status.to_string()));
+            }
+        }
+        Err(EmulatorError::Silent)
+    }
+}
+
+impl Drop for Emulator {
+    fn drop(&mut self) {
+        // An error here means that it has ended already.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+fn command(image: &Path, folder: &Path, arguments: &[String]) -> Command {
+    let mut command = Command::new(PROGRAM);
+    command
+        .args(["-M", "mps2-an386", "-display", "none", "-monitor", "none", "-serial", "null"])
+        .args(["-semihosting-config", "enable=on,target=native", "-icount", ICOUNT])
+        .args(arguments)
+        .arg("-kernel")
+        .arg(image)
+        .current_dir(folder)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::inherit());
+    command
+}
+
+/// A FIFO's reading end with a buffer that never asks for more than has arrived.
+struct Buffered {
+    file: File,
+    bytes: [u8; 1024],
+    range: std::ops::Range<usize>,
+}
+
+impl Buffered {
+    fn new(file: File) -> Self {
+        Self { file, bytes: [0; 1024], range: 0..0 }
+    }
+
+    fn take(&mut self, wanted: &mut [u8]) -> usize {
+        let taken = wanted.len().min(self.range.len());
+        wanted[..taken].copy_from_slice(&self.bytes[self.range.start..self.range.start + taken]);
+        self.range.start += taken;
+        taken
+    }
+
+    fn refill(&mut self) -> io::Result<()> {
+        self.range = 0..self.file.read(&mut self.bytes)?;
+        Ok(())
+    }
+}

@@ -1,0 +1,80 @@
+//! Processor in the loop: the board's image in the emulator, in lock-step with the plant, compared bit for
+//! bit with the same firmware run as software.
+
+mod compare;
+mod emulator;
+
+use std::path::Path;
+
+use thiserror::Error;
+
+pub use compare::Difference;
+pub use emulator::{Emulator, EmulatorError};
+
+use crate::outcome::Outcome;
+use crate::run::{RunError, Software, config_of};
+use crate::scenario::Scenario;
+use crate::session::{Controller, Session};
+
+/// Why a comparison could not be finished.
+#[derive(Debug, Error)]
+pub enum PilError {
+    /// The scenario cannot run at all.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// The emulator failed.
+    #[error(transparent)]
+    Emulator(#[from] EmulatorError),
+}
+
+/// What a comparison found.
+#[derive(Debug)]
+pub struct Verdict {
+    /// The emulated run.
+    pub outcome: Outcome,
+    /// The first difference; the run ends there.
+    pub difference: Option<Difference>,
+}
+
+/// Runs `scenario` on `image` and as software, tick by tick, until the end or the first difference.
+///
+/// # Errors
+/// [`PilError`] where the emulator fails or the controller refuses the scenario.
+pub fn run(
+    scenario: &Scenario,
+    image: &Path,
+    progress: &dyn Fn(u64, u64),
+) -> Result<Verdict, PilError> {
+    let started = std::time::Instant::now();
+    let mut board_side = Session::new(scenario, false);
+    let mut host_side = Session::new(scenario, false);
+    let config = config_of(scenario);
+    let mut software = Software::new(&config, &host_side.bench())?;
+    let mut board = Emulator::start(image, &config, board_side.bench())?;
+    for bench in [board_side.bench(), host_side.bench()] {
+        bench.borrow_mut().keep_traffic();
+    }
+    let mut difference = compare::coefficients(board.coefficients(), software.coefficient_bytes());
+    while difference.is_none() && !board_side.is_over() {
+        let on_board = board_side.tick(&mut board)?;
+        let Ok(on_host) = host_side.tick(&mut software);
+        let (done, planned) = board_side.progress();
+        let traffic =
+            [board_side.bench(), host_side.bench()].map(|b| b.borrow_mut().take_traffic());
+        difference = compare::tick(done - 1, &traffic, &on_board, &on_host);
+        progress(done, planned);
+    }
+    let outcome = board_side.outcome(started.elapsed().as_secs_f64());
+    Ok(Verdict { outcome, difference })
+}
+
+impl Controller for Emulator {
+    type Error = EmulatorError;
+
+    fn tick(
+        &mut self,
+        command: Option<shared::command::Command>,
+    ) -> Result<shared::telemetry::Record, EmulatorError> {
+        self.exchange(command)
+    }
+}

@@ -1,0 +1,82 @@
+//! Messages between the emulated board and the harness (processor in the loop).
+//!
+//! The harness opens each tick with a release; the board answers with pin changes and transfers as they
+//! happen and closes the tick with its record. Only a transfer waits for an answer, as many bytes as it
+//! sent. Everything is little-endian.
+
+use crate::arm::JOINTS;
+use crate::command::{COMMAND_BYTES, Command};
+
+/// FIFO that the harness writes, in the emulator's working directory.
+pub const TO_BOARD: &str = "to-board";
+/// FIFO that the board writes, in the emulator's working directory.
+pub const TO_HARNESS: &str = "to-harness";
+
+/// Output pin: tag, pin number, level.
+pub const TAG_PIN: u8 = 1;
+/// Transfer: tag, device number, length, bytes to the device.
+pub const TAG_TRANSFER: u8 = 2;
+/// End of a tick: tag, encoded [`crate::telemetry::Record`].
+pub const TAG_RECORD: u8 = 3;
+/// Sent once before the first tick: tag, length as `u16`, coefficients.
+pub const TAG_COEFFICIENTS: u8 = 4;
+/// Instead of coefficients: the configuration was refused.
+pub const TAG_REFUSED: u8 = 5;
+
+/// Longest transfer, bytes.
+pub const TRANSFER_MAX: usize = 32;
+
+/// Device numbers of the converters; encoders are 0 to 3.
+pub const DEVICE_ADC: u8 = JOINTS as u8;
+/// See [`DEVICE_ADC`].
+pub const DEVICE_DAC: u8 = JOINTS as u8 + 1;
+
+/// Output pin numbers; joint pins count up from these.
+pub const PIN_LDAC: u8 = 0;
+/// Drive enable of joint 1.
+pub const PIN_DRIVE_ENABLE: u8 = 1;
+/// Safe torque off.
+pub const PIN_STO: u8 = 5;
+/// Brake release of joint 1.
+pub const PIN_BRAKE_RELEASE: u8 = 6;
+/// DAC reset.
+pub const PIN_DAC_RESET: u8 = 10;
+/// ADC reset.
+pub const PIN_ADC_RESET: u8 = 11;
+/// Watchdog feed.
+pub const PIN_WATCHDOG: u8 = 12;
+
+/// Size of a release.
+pub const RELEASE_BYTES: usize = 2 + COMMAND_BYTES;
+
+/// Instead of a release: the emulation is to end.
+pub const QUIT: [u8; RELEASE_BYTES] = [0xFF; RELEASE_BYTES];
+
+/// What opens a tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Release {
+    /// Levels of the input pins: brake feedbacks in bits 0 to 3, emergency stop contacts in 4 and 5.
+    pub levels: u8,
+    /// Command that arrived since the last tick.
+    pub command: Option<Command>,
+}
+
+impl Release {
+    /// Encodes: levels, whether there is a command, the command.
+    pub fn to_bytes(&self) -> [u8; RELEASE_BYTES] {
+        let mut bytes = [0; RELEASE_BYTES];
+        let (head, tail) = bytes.split_at_mut(2);
+        head.copy_from_slice(&[self.levels, u8::from(self.command.is_some())]);
+        if let Some(command) = &self.command {
+            tail.copy_from_slice(&command.to_bytes());
+        }
+        bytes
+    }
+
+    /// Decodes; a command that is none is dropped.
+    pub fn from_bytes(bytes: &[u8; RELEASE_BYTES]) -> Self {
+        let [levels, present, command @ ..] = bytes;
+        let command = if *present == 0 { None } else { Command::from_bytes(command) };
+        Self { levels: *levels, command }
+    }
+}
