@@ -5,7 +5,6 @@ use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_hal::spi::SpiDevice;
 use heapless::spsc::Producer;
 use shared::arm::JOINTS;
-use shared::command::Command;
 use shared::fault::{Fault, Refusal};
 use shared::telemetry::Record;
 use shared::wire::biss_c::Layout;
@@ -21,13 +20,13 @@ use crate::io::Io;
 use crate::law::{self, State};
 use crate::math::{clamp_symmetric, round_to_i32};
 use crate::mode::{Events, Mode, Timing};
-use crate::trajectory::{Range, SetPoint};
+use crate::trajectory::{Order, SetPoint};
 
 /// What a tick is handed; it reads no clock and no queue itself.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TickInput<'a> {
-    /// Command that arrived since the last tick.
-    pub command: Option<&'a Command>,
+    /// Order that was planned since the last tick.
+    pub order: Option<&'a Order>,
 }
 
 /// Where a tick leaves its record.
@@ -65,11 +64,10 @@ impl Coefficients {
         self.law = law::Coefficients::new(gains, tick_hz);
         for (j, joint) in config.joints.iter().enumerate() {
             self.observers[j] = estimator::Coefficients::new(joint, gains.observer_rad_s, tick_hz);
-            self.timing.ranges[j] = Range::new(joint);
             self.tau_max[j] = joint.tau_max;
             self.codes_per_torque[j] = DAC_HALF_SCALE / joint.drive_full_scale;
         }
-        self.timing.set(config.tick_hz);
+        self.timing = Timing::new(config.tick_hz);
     }
 }
 
@@ -104,6 +102,8 @@ pub struct Executive<S, O, I> {
     tick: u32,
     /// One bit a device whose sample this tick could not use.
     rejected: u8,
+    /// What the last samples and writes gave away; acted on while not booting.
+    found: Fault,
     /// Records that the queue had no room for.
     dropped: u8,
     /// Why the last command had no effect.
@@ -141,6 +141,7 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
             acknowledged: false,
             tick: 0,
             rejected: 0,
+            found: Fault::None,
             dropped: 0,
             refusal: Refusal::None,
         }
@@ -185,7 +186,7 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
         driven &= self.io.outputs.drive(levels, self.tick & 1 == 0);
         let codes = self.write(&control.torque);
         if !driven {
-            self.mode = Mode::Safe { fault: Fault::PinNotDriven };
+            self.found = Fault::PinNotDriven;
         }
         self.publish(&control, codes, records);
     }
@@ -222,15 +223,22 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
         }
     }
 
-    /// Counts a success or failure of device `index`.
+    /// Counts a success or failure of device `index`, and finds the fault that too many failures are.
     #[inline(always)]
     fn count(&mut self, index: usize, good: bool) {
         let lost = &mut self.lost[index];
         if good {
             *lost = 0;
         } else {
-            *lost = if *lost < LOST_MAX { *lost + 1 } else { LOST_MAX };
             self.rejected |= 1 << index;
+            *lost = if *lost < LOST_MAX { *lost + 1 } else { LOST_MAX };
+            if *lost == LOST_MAX {
+                self.found = match index {
+                    ADC => Fault::TorqueAdcLost,
+                    DAC => Fault::DacNotAcknowledged,
+                    _ => Fault::EncoderLost,
+                };
+            }
         }
     }
 
@@ -242,18 +250,19 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
             self.boot_converters();
         }
         let events = Events {
-            command: input.command,
+            order: input.order,
             pose: self.observers.map(|o| o.position),
             ready: booting && self.is_ready(),
             brakes_open: self.io.inputs.brakes_open(),
             fault: if booting { Fault::None } else { self.monitor() },
         };
+        self.found = Fault::None;
         let adapted = self.mode.adapts();
         let refusal = self.mode.step(&self.coefficients.timing, &events);
         if self.mode.adapts() != adapted {
             self.d_hat = JointVector::repeat(0.0);
         }
-        if input.command.is_some() {
+        if input.order.is_some() {
             self.refusal = refusal;
         }
     }
@@ -272,19 +281,10 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
         }
     }
 
-    /// The first thing found wrong outside boot.
+    /// What was found wrong since the last tick, outside boot.
+    #[inline(always)]
     fn monitor(&mut self) -> Fault {
-        if !self.io.inputs.emergency_stop_healthy() {
-            Fault::EmergencyStop
-        } else if self.lost[..JOINTS].iter().any(|&n| n >= LOST_MAX) {
-            Fault::EncoderLost
-        } else if self.lost[ADC] >= LOST_MAX {
-            Fault::TorqueAdcLost
-        } else if self.lost[DAC] >= LOST_MAX {
-            Fault::DacNotAcknowledged
-        } else {
-            Fault::None
-        }
+        if self.io.inputs.emergency_stop_healthy() { self.found } else { Fault::EmergencyStop }
     }
 
     /// The law at the measured state, limited to what the drives may give.

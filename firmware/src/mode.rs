@@ -13,11 +13,10 @@
 
 use bytemuck::{Pod, Zeroable};
 use shared::arm::JOINTS;
-use shared::command::Command;
 use shared::fault::{Fault, Mode as ModeCode, Refusal};
 
 use crate::io::Levels;
-use crate::trajectory::{Motion, Range, SetPoint};
+use crate::trajectory::{Motion, Order, SetPoint};
 
 /// Present mode with what belongs to it alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,7 +49,7 @@ pub enum Mode {
     },
 }
 
-/// Times in ticks and limits of the machine.
+/// Times of the machine in ticks.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Timing {
@@ -64,17 +63,13 @@ pub struct Timing {
     preload: u32,
     /// Brakes must report open this long after the arm command.
     open_timeout: u32,
-    /// Ticks a second.
-    pub(crate) tick_hz: f32,
-    /// Limits of trajectories.
-    pub(crate) ranges: [Range; JOINTS],
 }
 
 impl Timing {
-    /// Sets the times for `tick_hz`.
-    pub fn set(&mut self, tick_hz: u32) {
+    /// Times for `tick_hz`.
+    pub fn new(tick_hz: u32) -> Self {
         let ticks = |ms: u32| ms * tick_hz / 1_000;
-        *self = Self {
+        Self {
             // Both converters want a reset pulse of micro-seconds and are ready after milli-seconds
             // (ADS131M04 section 8.4.1, DAC81404 section 7.4).
             reset: ticks(2),
@@ -84,17 +79,15 @@ impl Timing {
             preload: ticks(20),
             // A brake opens in 150 ms; half as much again is late.
             open_timeout: ticks(20 + 225),
-            tick_hz: tick_hz as f32,
-            ranges: self.ranges,
-        };
+        }
     }
 }
 
 /// What the machine is told each tick.
 #[derive(Clone, Copy, Debug)]
 pub struct Events<'a> {
-    /// Command that arrived, if any.
-    pub command: Option<&'a Command>,
+    /// Order that arrived, if any.
+    pub order: Option<&'a Order>,
     /// Measured pose, position words.
     pub pose: [u32; JOINTS],
     /// Every sensor has reported and every converter is configured.
@@ -109,14 +102,14 @@ impl Mode {
     /// Mode at reset.
     pub const RESET: Self = Self::Boot { ticks: 0 };
 
-    /// One tick on; says why a command had no effect.
+    /// One tick on; says why an order had no effect.
     #[inline(always)]
     pub fn step(&mut self, timing: &Timing, events: &Events<'_>) -> Refusal {
         if events.fault != Fault::None && !matches!(self, Self::Safe { .. }) {
             *self = Self::Safe { fault: events.fault };
         }
-        match events.command {
-            Some(command) => self.obey(command, timing, events),
+        match events.order {
+            Some(order) => self.obey(order, timing, events),
             None => {
                 self.advance(timing, events);
                 Refusal::None
@@ -124,36 +117,35 @@ impl Mode {
         }
     }
 
-    /// Carries out a command, or refuses it and goes on as without.
+    /// Carries out an order, or refuses it and goes on as without.
     #[inline(never)]
-    fn obey(&mut self, command: &Command, timing: &Timing, events: &Events<'_>) -> Refusal {
-        let refusal = match (&*self, command) {
+    fn obey(&mut self, order: &Order, timing: &Timing, events: &Events<'_>) -> Refusal {
+        let refusal = match (&*self, order) {
             (Self::Boot { .. } | Self::Safe { .. }, _) => Refusal::WrongMode,
-            (Self::Standby, Command::Arm) => {
-                *self = Self::Arming { ticks: 0, pose: events.pose };
-                return Refusal::None;
-            }
-            (Self::Holding { pose }, Command::Start(trajectory)) => {
-                match Motion::start(trajectory, pose, &timing.ranges, timing.tick_hz) {
-                    Ok(motion) => {
-                        *self = Self::Moving(motion);
-                        return Refusal::None;
-                    }
-                    Err(refusal) => refusal,
-                }
-            }
-            (_, Command::Stop) => {
+            (_, Order::Stop) => {
                 *self = Self::Standby;
                 return Refusal::None;
             }
-            (Self::Moving(_), Command::Start(_)) => Refusal::Busy,
-            (_, Command::Arm | Command::Start(_)) => Refusal::WrongMode,
+            (_, Order::Refused(refusal)) => *refusal,
+            (Self::Standby, Order::Arm) => {
+                *self = Self::Arming { ticks: 0, pose: events.pose };
+                return Refusal::None;
+            }
+            (Self::Holding { pose }, Order::Start(motion)) => {
+                if motion.starts_at(pose) {
+                    *self = Self::Moving(*motion);
+                    return Refusal::None;
+                }
+                Refusal::OriginMismatch
+            }
+            (Self::Moving(_), Order::Start(_)) => Refusal::Busy,
+            (_, Order::Arm | Order::Start(_)) => Refusal::WrongMode,
         };
         self.advance(timing, events);
         refusal
     }
 
-    /// One tick on without a command.
+    /// One tick on without an order.
     #[inline(always)]
     fn advance(&mut self, timing: &Timing, events: &Events<'_>) {
         match self {

@@ -7,10 +7,10 @@ use core::f32::consts::PI;
 use core::num::NonZeroU32;
 
 use shared::arm::JOINTS;
-use shared::command::{Profile, Trajectory};
+use shared::command::{Command, Profile, Trajectory};
 use shared::fault::Refusal;
 
-use crate::config::Joint;
+use crate::config::{Config, Joint};
 use crate::estimator::FRACTION_BITS;
 use crate::math::sin_cos;
 
@@ -75,17 +75,45 @@ const ORIGIN_TOLERANCE: u32 = 2 << FRACTION_BITS;
 /// Longest trajectory, ticks: ten minutes at 8 kHz.
 const DURATION_MAX: NonZeroU32 = NonZeroU32::new(4_800_000).unwrap();
 
-impl Motion {
-    /// Accepts `trajectory` from the set-point `from`, or says why not.
-    ///
-    /// # Errors
-    /// The reason as it appears in telemetry.
-    pub fn start(
-        trajectory: &Trajectory,
-        from: &[u32; JOINTS],
-        ranges: &[Range; JOINTS],
-        tick_hz: f32,
-    ) -> Result<Self, Refusal> {
+/// Turns commands into orders outside the tick, so that the tick only has to check where they start.
+#[derive(Clone, Copy, Debug)]
+pub struct Planner {
+    ranges: [Range; JOINTS],
+    tick_hz: f32,
+}
+
+/// A command as the tick takes it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Order {
+    /// Preload torque, open the brakes and hold the measured pose.
+    Arm,
+    /// Follow this motion, if it starts at the set-point.
+    Start(Motion),
+    /// Set the brakes and switch torque off.
+    Stop,
+    /// The command cannot be followed from anywhere.
+    Refused(Refusal),
+}
+
+impl Planner {
+    /// For a validated configuration.
+    pub fn new(config: &Config) -> Self {
+        Self { ranges: config.joints.map(|j| Range::new(&j)), tick_hz: config.tick_hz as f32 }
+    }
+
+    /// The order for `command`.
+    pub fn plan(&self, command: &Command) -> Order {
+        match command {
+            Command::Arm => Order::Arm,
+            Command::Stop => Order::Stop,
+            Command::Start(trajectory) => match self.motion(trajectory) {
+                Ok(motion) => Order::Start(motion),
+                Err(refusal) => Order::Refused(refusal),
+            },
+        }
+    }
+
+    fn motion(&self, trajectory: &Trajectory) -> Result<Motion, Refusal> {
         let ticks = NonZeroU32::new(trajectory.duration_ticks).ok_or(Refusal::BadDuration)?;
         if ticks > DURATION_MAX {
             return Err(Refusal::BadDuration);
@@ -93,14 +121,10 @@ impl Motion {
         if trajectory.profile == Profile::HalfSine && !trajectory.allow_velocity_step {
             return Err(Refusal::VelocityStep);
         }
-        let rate = tick_hz / ticks.get() as f32;
+        let rate = self.tick_hz / ticks.get() as f32;
         let mut amplitude = [0.0; JOINTS];
-        let joints = trajectory.origin_q6.iter().zip(&trajectory.amplitude_q5).zip(ranges);
-        for (((&origin, &span), range), (slot, from)) in joints.zip(amplitude.iter_mut().zip(from))
-        {
-            if (origin.wrapping_sub(*from) as i32).unsigned_abs() > ORIGIN_TOLERANCE {
-                return Err(Refusal::OriginMismatch);
-            }
+        let paths = trajectory.origin_q6.iter().zip(&trajectory.amplitude_q5);
+        for (((&origin, &span), range), slot) in paths.zip(&self.ranges).zip(&mut amplitude) {
             let start = (origin >> FRACTION_BITS) as i32;
             let end = start.saturating_add(span >> 5);
             if [start, end].iter().any(|c| *c < range.min_code || *c > range.max_code) {
@@ -111,12 +135,22 @@ impl Motion {
                 return Err(Refusal::TooFast);
             }
         }
-        Ok(Self {
+        Ok(Motion {
             trajectory: *trajectory,
             amplitude,
             phase: 0,
-            phase_step_q63: reciprocal_q63(ticks),
+            phase_step_q63: (1 << 63) / u64::from(ticks.get()),
             rate,
+        })
+    }
+}
+
+impl Motion {
+    /// Whether the motion starts at the set-point `from`.
+    #[inline(always)]
+    pub fn starts_at(&self, from: &[u32; JOINTS]) -> bool {
+        self.trajectory.origin_q6.iter().zip(from).all(|(origin, from)| {
+            (origin.wrapping_sub(*from) as i32).unsigned_abs() <= ORIGIN_TOLERANCE
         })
     }
 
@@ -146,20 +180,6 @@ impl Motion {
         }
         set_point
     }
-}
-
-/// 2⁶³ / n rounded down, for n below 2²⁴: a long division in words, because the processor divides no longer
-/// ones.
-fn reciprocal_q63(n: NonZeroU32) -> u64 {
-    const ONE_Q31: u32 = 1 << 31;
-    let mut quotient = u64::from(ONE_Q31 / n);
-    let mut remainder = ONE_Q31 % n;
-    for _ in 0..4 {
-        remainder <<= 8;
-        quotient = quotient << 8 | u64::from(remainder / n);
-        remainder %= n;
-    }
-    quotient
 }
 
 /// s, ds/dx and d²s/dx².

@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use firmware::config::{ArmModel, Config, ConfigError, Law as FirmwareLaw};
 use firmware::executive::{Executive, TickInput};
+use firmware::trajectory::Planner;
 use heapless::spsc::Queue;
 use shared::arm::{Arm, JOINTS, REFERENCE};
 use shared::command::Command;
@@ -77,6 +78,7 @@ pub struct Software {
         bench::Handle<bench::Output>,
         bench::Handle<bench::Input>,
     >,
+    planner: Planner,
     queue: Queue<Record, 4>,
 }
 
@@ -88,7 +90,7 @@ impl Software {
     pub fn new(config: &Config, bench: &Rc<RefCell<Bench>>) -> Result<Self, RunError> {
         let mut executive = Executive::new(bench::wire(bench));
         executive.configure(config).map_err(RunError::Config)?;
-        Ok(Self { executive, queue: Queue::new() })
+        Ok(Self { executive, planner: Planner::new(config), queue: Queue::new() })
     }
 
     /// What the configuration became, for comparison with another build.
@@ -102,7 +104,8 @@ impl Controller for Software {
 
     fn tick(&mut self, command: Option<Command>) -> Result<Record, Infallible> {
         let (mut records, mut idle) = self.queue.split();
-        self.executive.tick(&TickInput { command: command.as_ref() }, &mut records);
+        let order = command.map(|command| self.planner.plan(&command));
+        self.executive.tick(&TickInput { order: order.as_ref() }, &mut records);
         Ok(idle.dequeue().unwrap_or_default())
     }
 }

@@ -19,7 +19,7 @@ pub const STAGES: &[Stage] = &[
     ("estimate", &["estimator::", "Executive<S,O,I>::state"]),
     ("trajectory", &["trajectory::", "Mode::set_point"]),
     ("kinematics and dynamics", &["firmware::dynamics::"]),
-    ("law and adaptation", &["Executive<S,O,I>::control"]),
+    ("law and adaptation", &["firmware::law::", "Executive<S,O,I>::control"]),
     ("supervise", &["Executive<S,O,I>::supervise", "Mode::", "Executive<S,O,I>::monitor"]),
     (
         "encode and write",

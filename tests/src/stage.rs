@@ -7,7 +7,7 @@ use crate::image::Image;
 /// A stage: its name, and parts of the paths of the functions that it consists of.
 pub type Stage<'a> = (&'a str, &'a [&'a str]);
 
-/// Stage of every instruction, by its address in order: the outermost function of its inlined call chain that a stage
+/// Stage of every instruction, by its address in order: the innermost function of its inlined call chain that a stage
 /// names, `None` where none does (a routine shared by stages belongs to whichever calls it).
 pub fn attribute(image: &Image, stages: &[Stage]) -> Result<Vec<(u32, Option<usize>)>, String> {
     let debug = Loader::new(&image.path).map_err(|e| format!("{}: {e}", image.path.display()))?;
@@ -17,12 +17,11 @@ pub fn attribute(image: &Image, stages: &[Stage]) -> Result<Vec<(u32, Option<usi
 fn stage_at(debug: &Loader, at: u32, stages: &[Stage]) -> Result<Option<usize>, String> {
     let mut found = None;
     let mut frames = debug.find_frames(u64::from(at)).map_err(|e| e.to_string())?;
-    // Innermost first, so the last hit is the outermost.
     while let Some(frame) = frames.next().map_err(|e| e.to_string())? {
         let Some(function) = frame.function else { continue };
         let name = function.demangle().map_err(|e| e.to_string())?;
         let hit = stages.iter().position(|(_, parts)| parts.iter().any(|p| name.contains(p)));
-        found = hit.or(found);
+        found = found.or(hit);
     }
     Ok(found)
 }

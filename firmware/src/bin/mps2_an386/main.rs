@@ -15,6 +15,7 @@ use cortex_m_rt::{entry, exception};
 use firmware::config::Config;
 use firmware::executive::{Executive, RecordSink, TickInput};
 use firmware::io::{Inputs, Io, Outputs};
+use firmware::trajectory::Planner;
 use heapless::spsc::Queue;
 use link::{Level, Line, Tunnel};
 use shared::pil;
@@ -33,6 +34,9 @@ unsafe impl<T> Sync for Owned<T> {}
 
 /// Written once before SysTick starts, then touched by SysTick alone.
 static CONTROLLER: Owned<MaybeUninit<Controller>> = Owned(UnsafeCell::new(MaybeUninit::uninit()));
+
+/// As [`CONTROLLER`].
+static PLANNER: Owned<MaybeUninit<Planner>> = Owned(UnsafeCell::new(MaybeUninit::uninit()));
 
 /// Comes from the harness; kept off the stack.
 static CONFIG: Owned<Config> = Owned(UnsafeCell::new(bytemuck::zeroed()));
@@ -59,6 +63,8 @@ fn main() -> ! {
     link::receive(bytemuck::bytes_of_mut(config));
     let controller = controller.write(Executive::new(wire()));
     if controller.configure(config).is_ok() {
+        // SAFETY: SysTick is not running yet.
+        unsafe { (*PLANNER.0.get()).write(Planner::new(config)) };
         link::send_coefficients(controller.coefficient_bytes());
         start_ticking(config.tick_hz);
     } else {
@@ -108,10 +114,11 @@ fn start_ticking(tick_hz: u32) {
 
 #[exception]
 fn SysTick() {
-    let command = link::await_release();
-    // SAFETY: SysTick starts only after the controller is written, and is its only user.
-    let controller = unsafe { (*CONTROLLER.0.get()).assume_init_mut() };
-    tick(controller, &TickInput { command: command.as_ref() });
+    // SAFETY: SysTick starts only after both are written, and is their only user.
+    let (controller, planner) =
+        unsafe { ((*CONTROLLER.0.get()).assume_init_mut(), (*PLANNER.0.get()).assume_init_ref()) };
+    let order = link::await_release().map(|command| planner.plan(&command));
+    tick(controller, &TickInput { order: order.as_ref() });
 }
 
 /// One tick under its own symbol, so that its instructions can be counted.
