@@ -3,10 +3,10 @@
 use std::f64::consts::PI;
 
 use firmware::config::Config;
-use firmware::trajectory::{Motion, Range, SetPoint};
+use firmware::trajectory::{Motion, Order, Planner, SetPoint};
 use proptest::prelude::*;
 use shared::arm::{JOINTS, Q0, REFERENCE};
-use shared::command::{Profile, Trajectory};
+use shared::command::{Command, Profile, Trajectory};
 use shared::fault::Refusal;
 
 const TICK_HZ: u32 = 2_000;
@@ -20,10 +20,6 @@ const QUINTIC_SHARE: f64 = 26.0 / 4_294_967_296.0;
 /// Part of the amplitude that the half sine may be off: three roundings of an angle up to pi in `f32`, and
 /// 1.5 ulp of a sine below 1.
 const SINE_SHARE: f64 = 3.0 * PI / 16_777_216.0 + 9e-8;
-
-fn ranges() -> [Range; JOINTS] {
-    Config::default().joints.map(|joint| Range::new(&joint))
-}
 
 /// Position word of the start pose.
 fn origin() -> [u32; JOINTS] {
@@ -46,8 +42,14 @@ fn path(profile: Profile, duration_s: f64, amplitude: [f64; JOINTS]) -> Trajecto
     }
 }
 
+/// The motion from the start pose, or why there is none.
 fn start(trajectory: &Trajectory) -> Result<Motion, Refusal> {
-    Motion::start(trajectory, &origin(), &ranges(), TICK_HZ as f32)
+    match Planner::new(&Config::default()).plan(&Command::Start(*trajectory)) {
+        Order::Start(motion) if motion.starts_at(&origin()) => Ok(motion),
+        Order::Start(_) => Err(Refusal::OriginMismatch),
+        Order::Refused(refusal) => Err(refusal),
+        order => panic!("a start became {order:?}"),
+    }
 }
 
 /// Every set-point from phase 0 to the end.
@@ -183,7 +185,7 @@ fn each_refusal_has_its_name() {
         ("velocity step", stepping, Refusal::VelocityStep),
         ("origin above", shifted(129), Refusal::OriginMismatch),
         ("origin below", shifted(129u32.wrapping_neg()), Refusal::OriginMismatch),
-        ("origin half a turn away", shifted(1 << 31), Refusal::OriginMismatch),
+        ("origin half a turn away", shifted(1 << 31), Refusal::OutOfRange),
         ("no duration", Trajectory { duration_ticks: 0, ..good }, Refusal::BadDuration),
         ("endless", Trajectory { duration_ticks: 4_800_001, ..good }, Refusal::BadDuration),
         ("endless", Trajectory { duration_ticks: u32::MAX, ..good }, Refusal::BadDuration),

@@ -8,6 +8,7 @@ use embedded_hal::spi::{self, Operation, SpiDevice};
 use firmware::config::Config;
 use firmware::executive::{Executive, RecordSink, TickInput};
 use firmware::io::{Io, Outputs};
+use firmware::trajectory::Planner;
 use hil_sim::bench::{self, Bench, Device, Handle, Input, Motion, Output};
 use hil_sim::plant::{Disturbance, FRICTION, Plant, RATIOS, Ratios};
 use shared::arm::{Arm, JOINTS, Q0, REFERENCE};
@@ -81,6 +82,7 @@ pub struct Rig {
     /// Every output pin.
     pub pins: Vec<Rc<Line>>,
     controller: Executive<Tapped<Device>, Tapped<Output>, Handle<Input>>,
+    planner: Planner,
     arm: Arm,
     tick_s: f64,
     torque: [f64; JOINTS],
@@ -101,6 +103,7 @@ impl Rig {
             plant: Plant::at_rest(&arm, Q0, Disturbance::new(FRICTION, Ratios::Fixed(RATIOS)), 1),
             last: Record::default(),
             controller,
+            planner: Planner::new(config),
             tick_s: 1.0 / f64::from(config.tick_hz),
             torque: [0.0; JOINTS],
             bench,
@@ -118,8 +121,9 @@ impl Rig {
             qd: self.plant.qd(),
             qdd: self.plant.acceleration(&self.torque),
         });
+        let order = command.map(|command| self.planner.plan(&command));
         let mut sink = Last(self.last);
-        self.controller.tick(&TickInput { command: command.as_ref() }, &mut sink);
+        self.controller.tick(&TickInput { order: order.as_ref() }, &mut sink);
         self.last = sink.0;
         let commands = self.bench.borrow().drive_commands();
         self.torque = std::array::from_fn(|j| commands[j] * self.arm.drive_full_scale[j]);
