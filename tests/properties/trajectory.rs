@@ -3,11 +3,12 @@
 use std::f64::consts::PI;
 
 use firmware::config::Config;
+use firmware::mode::{Events, Mode, Timing};
 use firmware::trajectory::{Motion, Order, Planner, SetPoint};
 use proptest::prelude::*;
 use shared::arm::{JOINTS, Q0, REFERENCE};
 use shared::command::{Command, Profile, Trajectory};
-use shared::fault::Refusal;
+use shared::fault::{Fault, Refusal};
 
 const TICK_HZ: u32 = 2_000;
 /// Fractional bits of 1/64 count: the integer arithmetic rounds down by up to one.
@@ -20,6 +21,14 @@ const QUINTIC_SHARE: f64 = 26.0 / 4_294_967_296.0;
 /// Part of the amplitude that the half sine may be off: three roundings of an angle up to pi in `f32`, and
 /// 1.5 ulp of a sine below 1.
 const SINE_SHARE: f64 = 3.0 * PI / 16_777_216.0 + 9e-8;
+
+fn timing() -> Timing {
+    Timing::new(TICK_HZ)
+}
+
+fn order(trajectory: &Trajectory) -> Order {
+    Planner::new(&Config::default()).plan(&Command::Start(*trajectory))
+}
 
 /// Position word of the start pose.
 fn origin() -> [u32; JOINTS] {
@@ -42,13 +51,23 @@ fn path(profile: Profile, duration_s: f64, amplitude: [f64; JOINTS]) -> Trajecto
     }
 }
 
-/// The motion from the start pose, or why there is none.
 fn start(trajectory: &Trajectory) -> Result<Motion, Refusal> {
-    match Planner::new(&Config::default()).plan(&Command::Start(*trajectory)) {
+    match order(trajectory) {
         Order::Start(motion) if motion.starts_at(&origin()) => Ok(motion),
         Order::Start(_) => Err(Refusal::OriginMismatch),
         Order::Refused(refusal) => Err(refusal),
-        order => panic!("a start became {order:?}"),
+        other => panic!("{other:?} for a trajectory"),
+    }
+}
+
+/// A healthy arm that is told `order`.
+fn told(order: &Order) -> Events<'_> {
+    Events {
+        order: Some(order),
+        pose: origin(),
+        ready: true,
+        brakes_open: true,
+        fault: Fault::None,
     }
 }
 
@@ -216,4 +235,26 @@ fn every_bit_pattern_is_refused_or_stays_in_range() {
             assert_eq!(start(&trajectory).is_err(), refused, "joint {joint}: {amplitude}");
         }
     }
+}
+
+#[test]
+fn a_second_trajectory_is_busy_and_the_first_goes_on() {
+    let timing = timing();
+    let order = order(&path(Profile::Quintic, 10.0, LIFT));
+    let events = told(&order);
+    let mut mode = Mode::Holding { pose: origin() };
+    assert_eq!((mode.step(&timing, &events), mode.phase()), (Refusal::None, 0));
+    let mut quiet = mode;
+    assert_eq!((mode.step(&timing, &events), mode.phase()), (Refusal::Busy, 1));
+    quiet.step(&timing, &Events { order: None, ..events });
+    assert_eq!(mode, quiet);
+}
+
+#[test]
+fn a_refused_trajectory_leaves_the_pose_held() {
+    let order = order(&path(Profile::Quintic, 1.0, LIFT));
+    let holding = Mode::Holding { pose: origin() };
+    let mut mode = holding;
+    assert_eq!(mode.step(&timing(), &told(&order)), Refusal::TooFast);
+    assert_eq!(mode, holding);
 }

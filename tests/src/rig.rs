@@ -121,8 +121,8 @@ impl Rig {
             qd: self.plant.qd(),
             qdd: self.plant.acceleration(&self.torque),
         });
-        let order = command.map(|command| self.planner.plan(&command));
         let mut sink = Last(self.last);
+        let order = command.map(|command| self.planner.plan(&command));
         self.controller.tick(&TickInput { order: order.as_ref() }, &mut sink);
         self.last = sink.0;
         let commands = self.bench.borrow().drive_commands();
