@@ -10,6 +10,8 @@ use std::rc::Rc;
 use embedded_hal::digital::{self, InputPin, OutputPin, PinState};
 use embedded_hal::spi::{self, Operation, SpiDevice};
 use firmware::io::{Inputs, Io, Outputs};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use shared::arm::{Arm, JOINTS};
 use shared::pil;
 
@@ -65,6 +67,8 @@ pub struct Bench {
     cursor_s: f64,
     /// Between the starts of two encoder reads, s.
     skew_s: f64,
+    /// Flips bits, once the bus is to be noisy.
+    noise: Option<Noise>,
     /// What crossed bus and pins since it was last taken, if it is kept.
     traffic: Option<Vec<Event>>,
 }
@@ -85,6 +89,7 @@ impl Bench {
             motion: Motion::default(),
             cursor_s: 0.0,
             skew_s,
+            noise: None,
             traffic: None,
         }
     }
@@ -109,6 +114,12 @@ impl Bench {
         })
     }
 
+    /// Flips one bit in this share of the answers from now on.
+    pub fn make_noisy(&mut self, error_share: f64, seed: u64) {
+        self.noise =
+            Some(Noise { error_share, generator: Xoshiro256PlusPlus::seed_from_u64(seed) });
+    }
+
     /// Keeps a copy of everything that crosses bus and pins from now on.
     pub fn keep_traffic(&mut self) {
         self.traffic = Some(Vec::new());
@@ -127,13 +138,16 @@ impl Bench {
 
     /// One chip-select frame.
     pub fn transfer(&mut self, device: Device, mosi: &[u8], miso: &mut [u8]) {
-        self.transfer_silently(device, mosi, miso);
+        self.transfer_cleanly(device, mosi, miso);
+        if let Some(noise) = &mut self.noise {
+            noise.disturb(miso);
+        }
         if let Some(traffic) = &mut self.traffic {
             traffic.push(Event::Transfer { device, mosi: mosi.to_vec(), miso: miso.to_vec() });
         }
     }
 
-    fn transfer_silently(&mut self, device: Device, mosi: &[u8], miso: &mut [u8]) {
+    fn transfer_cleanly(&mut self, device: Device, mosi: &[u8], miso: &mut [u8]) {
         match device {
             Device::Encoder(j) => {
                 let Motion { q, qd, qdd } = &self.motion;
@@ -180,6 +194,26 @@ impl Bench {
         match pin {
             Input::BrakeOpen(j) => self.brake_open[j],
             Input::EmergencyStop(contact) => self.emergency_stop[contact],
+        }
+    }
+}
+
+/// Bit errors on the way to the controller.
+#[derive(Clone)]
+struct Noise {
+    error_share: f64,
+    generator: Xoshiro256PlusPlus,
+}
+
+impl Noise {
+    fn disturb(&mut self, miso: &mut [u8]) {
+        let draw = self.generator.next_u64();
+        // The upper half decides whether, the lower half where.
+        let hit = (draw >> 32) as f64 / 4_294_967_296.0 < self.error_share;
+        let bits = 8 * miso.len() as u64;
+        if hit && bits > 0 {
+            let bit = (draw & 0xFFFF_FFFF) * bits >> 32;
+            miso[(bit / 8) as usize] ^= 1 << (bit % 8);
         }
     }
 }
