@@ -281,6 +281,7 @@ impl ArmModel {
 }
 
 impl Body {
+    #[inline(never)]
     fn validate(&self) -> Result<(), ConfigError> {
         all("com_m", &self.com_m, -20.0, 20.0)?;
         let [ixx, iyy, izz, ixy, ixz, iyz] = self.inertia_com_kg_m2;
@@ -290,6 +291,7 @@ impl Body {
 }
 
 impl Joint {
+    #[inline(never)]
     fn validate(&self, j: usize, tick_hz: f32) -> Result<(), ConfigError> {
         within("q_min", j, self.q_min, -60.0, 60.0)?;
         within("q_max", j, self.q_max, self.q_min, 60.0)?;
@@ -338,11 +340,13 @@ impl Gains {
     }
 }
 
+#[inline(never)]
 fn all(field: &'static str, values: &[f32], min: f32, max: f32) -> Result<(), ConfigError> {
     values.iter().enumerate().try_for_each(|(i, &value)| within(field, i, value, min, max))
 }
 
 /// A NaN lies within nothing.
+#[inline(never)]
 fn within(
     field: &'static str,
     index: usize,
