@@ -159,19 +159,29 @@ pub const fn write_request(address: u8, content: u16) -> [u8; FRAME_BYTES] {
 }
 
 /// Takes a received frame apart.
+#[inline(always)]
 pub fn decode(bytes: &[u8; FRAME_BYTES]) -> Result<Frame, FrameError> {
-    let [r1, r0, pad, a2, a1, a0, b2, b1, b0, c2, c1, c0, d2, d1, d0, k1, k0, tail] = *bytes;
-    if checksum(&bytes[..COVERED_BYTES]) != u16::from_be_bytes([k1, k0]) {
-        return Err(FrameError::Crc);
-    }
-    if pad | tail != 0 {
-        return Err(FrameError::Padding);
-    }
-    let codes = [[a2, a1, a0, 0], [b2, b1, b0, 0], [c2, c1, c0, 0], [d2, d1, d0, 0]];
+    check(bytes)?;
+    let [r1, r0, _, a2, a1, a0, b2, b1, b0, c2, c1, c0, d2, d1, d0, after, ..] = *bytes;
+    // Each word is loaded with the byte that follows it, which the shift drops.
+    let codes = [[a2, a1, a0, b2], [b2, b1, b0, c2], [c2, c1, c0, d2], [d2, d1, d0, after]];
     Ok(Frame {
         response: u16::from_be_bytes([r1, r0]),
         codes: codes.map(|word| i32::from_be_bytes(word) >> 8),
     })
+}
+
+/// Whether CRC and padding are as they must be; one copy of it serves every caller.
+#[inline(never)]
+fn check(bytes: &[u8; FRAME_BYTES]) -> Result<(), FrameError> {
+    let [.., k1, k0, tail] = *bytes;
+    if checksum(&bytes[..COVERED_BYTES]) != u16::from_be_bytes([k1, k0]) {
+        return Err(FrameError::Crc);
+    }
+    if bytes[2] | tail != 0 {
+        return Err(FrameError::Padding);
+    }
+    Ok(())
 }
 
 /// Puts a frame together as the device does; codes keep their lower 24 bits.
