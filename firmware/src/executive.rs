@@ -263,9 +263,8 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
         let observers = &self.observers;
         let events = Events { order: input.order, observers, ready, brakes_open, fault };
         self.found = Fault::None;
-        let adapted = self.mode.adapts();
         let refusal = self.mode.step(&self.coefficients.timing, &events);
-        if self.mode.adapts() != adapted {
+        if !self.mode.adapts() {
             self.d_hat = JointVector::repeat(0.0);
         }
         if input.order.is_some() {

@@ -20,6 +20,9 @@ use crate::io::Levels;
 use crate::trajectory::{Motion, Order, SetPoint};
 
 /// Present mode with what belongs to it alone.
+// A tag of its own, a word wide: one in a field's unused values has to be worked out at each use, and a
+// byte makes copies byte-wise.
+#[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Mode {
     /// Devices are being configured.
@@ -120,20 +123,20 @@ impl Mode {
     /// Carries out an order, or says why not.
     #[inline(never)]
     fn obey(&mut self, order: &Order, observers: &[Observer; JOINTS]) -> Result<(), Refusal> {
-        *self = match (&*self, order) {
+        match (&*self, order) {
             (Self::Boot { .. } | Self::Safe { .. }, _) => return Err(Refusal::WrongMode),
-            (_, Order::Stop) => Self::Standby,
+            (_, Order::Stop) => *self = Self::Standby,
             (_, Order::Refused(refusal)) => return Err(*refusal),
             (Self::Standby, Order::Arm) => {
-                Self::Arming { ticks: 0, pose: observers.map(|o| o.position) }
+                *self = Self::Arming { ticks: 0, pose: observers.map(|o| o.position) };
             }
             (Self::Holding { pose }, Order::Start(motion)) if motion.starts_at(pose) => {
-                Self::Moving(*motion)
+                *self = Self::Moving(motion.begun());
             }
             (Self::Holding { .. }, Order::Start(_)) => return Err(Refusal::OriginMismatch),
             (Self::Moving(_), Order::Start(_)) => return Err(Refusal::Busy),
             (_, Order::Arm | Order::Start(_)) => return Err(Refusal::WrongMode),
-        };
+        }
         Ok(())
     }
 
