@@ -89,9 +89,8 @@ pub struct Executive<S, O, I> {
     mode: Mode,
     observers: [Observer; JOINTS],
     d_hat: JointVector,
-    /// Last accepted samples.
+    /// Last accepted encoder codes.
     code: [u32; JOINTS],
-    torque_code: [i32; JOINTS],
     /// Encoders, ADC and DAC: failures in a row; devices that never succeeded stand at the maximum.
     lost: [u8; JOINTS + 2],
     adc_ready: bool,
@@ -134,7 +133,6 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
             observers: [Observer::default(); JOINTS],
             d_hat: JointVector::repeat(0.0),
             code: [0; JOINTS],
-            torque_code: [0; JOINTS],
             lost: [LOST_MAX; JOINTS + 2],
             adc_ready: false,
             dac_ready: false,
@@ -208,10 +206,7 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
         self.sample_joint(3);
         if self.adc_ready {
             match self.adc.sample(&mut self.io.adc) {
-                Ok(sample) => {
-                    self.torque_code = sample.codes;
-                    self.lost[ADC] = 0;
-                }
+                Ok(_) => self.lost[ADC] = 0,
                 Err(_) => self.miss(ADC),
             }
         }
@@ -224,14 +219,26 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
         match &sample {
             Some(sample) => {
                 self.code[j] = sample.code;
-                if self.lost[j] >= LOST_MAX {
-                    self.observers[j] = Observer::at_rest(sample.code);
+                if self.lost[j] != 0 {
+                    self.regain(j);
                 }
-                self.lost[j] = 0;
             }
             None => self.miss(j),
         }
         self.observers[j].update(&self.coefficients.observers[j], sample.map(|s| s.code));
+    }
+
+    /// Ends a row of failures of encoder `j`; after a long one the estimate starts anew.
+    #[cold]
+    #[inline(never)]
+    fn regain(&mut self, j: usize) {
+        let mut joints = self.lost.iter_mut().zip(&mut self.observers).zip(&self.code);
+        if let Some(((lost, observer), code)) = joints.nth(j) {
+            if *lost >= LOST_MAX {
+                *observer = Observer::at_rest(*code);
+            }
+            *lost = 0;
+        }
     }
 
     /// Counts a failure of device `index`, and finds the fault that too many in a row are.
@@ -369,7 +376,7 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
             qd: control.qd.into(),
             e1_dot: control.e1_dot.into(),
             dac,
-            adc: self.torque_code,
+            adc: self.adc.codes(),
             d_hat: self.d_hat.into(),
         });
         if !kept {

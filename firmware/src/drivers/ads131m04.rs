@@ -122,6 +122,11 @@ impl Ads131m04 {
         self.status
     }
 
+    /// Conversions of the last good sample.
+    pub fn codes(&self) -> [i32; 4] {
+        self.codes
+    }
+
     /// Sends one frame of the boot; ten calls, at no more than 10 kHz so that the filter settles.
     #[inline(never)]
     pub fn boot_step(&mut self, spi: &mut impl SpiDevice) -> Progress {
