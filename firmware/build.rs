@@ -9,6 +9,9 @@ fn main() {
     // The emulated board's map is the workspace's; a real board's lies beside its file.
     if env::var_os("CARGO_FEATURE_MPS2_AN386").is_some() {
         link("mps2-an386", &root.join(".."));
+        let vectors = root.join("src/bin/mps2_an386");
+        println!("cargo:rustc-link-arg-bin=mps2-an386=-L{}", vectors.display());
+        println!("cargo:rerun-if-changed={}", vectors.join("device.x").display());
     }
 }
 

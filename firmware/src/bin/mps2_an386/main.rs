@@ -21,6 +21,17 @@ use link::{Level, Line, Tunnel};
 use shared::pil;
 use shared::telemetry::Record;
 
+/// Vectors of the device's interrupts, in place of 240 default ones: none is enabled, but the linker script
+/// wants at least one.
+#[unsafe(link_section = ".vector_table.interrupts")]
+#[unsafe(no_mangle)]
+pub static __INTERRUPTS: [unsafe extern "C" fn(); 1] = {
+    unsafe extern "C" {
+        fn DefaultHandler();
+    }
+    [DefaultHandler]
+};
+
 /// SysTick clock of the board, Hz (Arm DAI0386).
 const CLOCK_HZ: u32 = 25_000_000;
 
