@@ -265,7 +265,7 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
             self.boot_converters();
         }
         let ready = booting && self.is_ready();
-        let brakes_open = self.io.inputs.brakes_open();
+        let brakes_open = self.mode.opens_brakes() && self.io.inputs.brakes_open();
         let fault = if booting { Fault::None } else { self.monitor() };
         let observers = &self.observers;
         let events = Events { order: input.order, observers, ready, brakes_open, fault };

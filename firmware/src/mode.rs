@@ -192,6 +192,11 @@ impl Mode {
         }
     }
 
+    /// Whether the brakes have been told to open and have not yet reported.
+    pub fn opens_brakes(&self) -> bool {
+        matches!(self, Self::Arming { .. })
+    }
+
     /// Whether the brakes are open, so that the arm's motion tells of disturbances.
     pub fn adapts(&self) -> bool {
         matches!(self, Self::Holding { .. } | Self::Moving(_))

@@ -182,12 +182,16 @@ impl Motion {
     /// The set-point at the present phase; past the end, the end.
     #[inline(always)]
     pub fn set_point(&self) -> SetPoint {
-        let shape = if self.is_over() {
-            self.trajectory.profile.end()
+        let profile = self.trajectory.profile;
+        let shape = if self.phase == 0 {
+            // The tick that takes the order is the dearest without the formula's cost.
+            profile.start()
+        } else if self.is_over() {
+            profile.end()
         } else {
             // x with 32 fractional bits; phase < N keeps the product below 2⁶³.
             let x_q32 = (u64::from(self.phase).wrapping_mul(self.phase_step_q63) >> 31) as u32;
-            self.trajectory.profile.at(x_q32)
+            profile.at(x_q32)
         };
         let mut set_point = SetPoint::default();
         for j in 0..JOINTS {
@@ -212,6 +216,7 @@ struct Shape {
 
 trait Shaped {
     fn at(self, x_q32: u32) -> Shape;
+    fn start(self) -> Shape;
     fn end(self) -> Shape;
     fn peak_rate(self) -> f32;
 }
@@ -223,6 +228,14 @@ impl Shaped for Profile {
             Self::Quintic => quintic(x_q32),
             Self::HalfSine => half_sine(x_q32),
         }
+    }
+
+    fn start(self) -> Shape {
+        let ds = match self {
+            Self::Quintic => 0.0,
+            Self::HalfSine => PI,
+        };
+        Shape { s_q31: 0, ds, dds: 0.0 }
     }
 
     fn end(self) -> Shape {
