@@ -121,7 +121,7 @@ impl Mode {
     }
 
     /// Carries out an order, or says why not.
-    #[inline(never)]
+    #[inline(always)]
     fn obey(&mut self, order: &Order, observers: &[Observer; JOINTS]) -> Result<(), Refusal> {
         match (&*self, order) {
             (Self::Boot { .. } | Self::Safe { .. }, _) => return Err(Refusal::WrongMode),

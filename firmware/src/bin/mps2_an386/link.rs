@@ -177,6 +177,14 @@ fn read(device: u8, miso: &mut [u8]) -> Result<(), spi::ErrorKind> {
     transfer(device, zeros.get(..miso.len()).ok_or(spi::ErrorKind::Overrun)?, miso)
 }
 
+/// As [`transfer`], dropping what comes back.
+#[inline(never)]
+#[unsafe(link_section = ".text.link")]
+fn write(device: u8, mosi: &[u8]) -> Result<(), spi::ErrorKind> {
+    let mut ignored = [0; TRANSFER_MAX];
+    transfer(device, mosi, ignored.get_mut(..mosi.len()).ok_or(spi::ErrorKind::Overrun)?)
+}
+
 /// As [`transfer`], with what comes back in the place of what is sent.
 #[inline(never)]
 #[unsafe(link_section = ".text.link")]
@@ -214,7 +222,13 @@ impl SpiDevice for Tunnel {
     #[inline(always)]
     fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), Self::Error> {
         for operation in operations {
-            exchange(self.0, operation)?;
+            match operation {
+                Operation::Read(data) => self.read(data)?,
+                Operation::Write(data) => self.write(data)?,
+                Operation::Transfer(read, write) => self.transfer(read, write)?,
+                Operation::TransferInPlace(data) => self.transfer_in_place(data)?,
+                Operation::DelayNs(_) => return Err(spi::ErrorKind::Other),
+            }
         }
         Ok(())
     }
@@ -225,6 +239,11 @@ impl SpiDevice for Tunnel {
     }
 
     #[inline(always)]
+    fn write(&mut self, buf: &[u8]) -> Result<(), Self::Error> {
+        write(self.0, buf)
+    }
+
+    #[inline(always)]
     fn transfer(&mut self, read: &mut [u8], write: &[u8]) -> Result<(), Self::Error> {
         transfer(self.0, write, read)
     }
@@ -232,22 +251,6 @@ impl SpiDevice for Tunnel {
     #[inline(always)]
     fn transfer_in_place(&mut self, buf: &mut [u8]) -> Result<(), Self::Error> {
         transfer_in_place(self.0, buf)
-    }
-}
-
-#[inline(never)]
-#[unsafe(link_section = ".text.link")]
-fn exchange(device: u8, operation: &mut Operation<'_, u8>) -> Result<(), spi::ErrorKind> {
-    match operation {
-        Operation::Read(data) => read(device, data),
-        Operation::Write(write) => {
-            let mut buffer = [0; TRANSFER_MAX];
-            let ignored = buffer.get_mut(..write.len()).ok_or(spi::ErrorKind::Overrun)?;
-            transfer(device, write, ignored)
-        }
-        Operation::Transfer(read, write) => transfer(device, write, read),
-        Operation::TransferInPlace(data) => transfer_in_place(device, data),
-        Operation::DelayNs(_) => Err(spi::ErrorKind::Other),
     }
 }
 
