@@ -1,0 +1,155 @@
+#![no_std]
+#![no_main]
+#![allow(unsafe_code)]
+#![warn(clippy::undocumented_unsafe_blocks)]
+//! Board file of the ST Nucleo-F446RE; it has not run on hardware. Wiring: `docs/wiring-nucleo-f446re.md`.
+//!
+//! TIM2 starts a tick: its update clocks the encoders by hardware and raises the only interrupt, which runs
+//! the controller. The idle loop sends telemetry and sleeps.
+
+mod budget;
+mod bus;
+mod clocks;
+mod encoders;
+mod faults;
+mod lanes;
+mod pins;
+mod telemetry;
+mod wait;
+
+use cortex_m::peripheral::{DWT, NVIC};
+use cortex_m::{asm, singleton};
+use cortex_m_rt::entry;
+use firmware::config::{Config, ConfigError};
+use firmware::executive::{Executive, TickInput};
+use firmware::io::Io;
+use shared::arm::REFERENCE;
+use stm32f4::stm32f446::{Interrupt, Peripherals, interrupt, iwdg, tim2, tim3};
+
+use crate::budget::TICK_HZ;
+use crate::bus::{Bus, Chip};
+use crate::encoders::{LATCH_OFFSET_S, Line, Reader};
+use crate::pins::{Input, Output, Pins};
+use crate::telemetry::{Measured, Recorder, Serial};
+
+/// The controller and what its tick needs of the board.
+struct Control {
+    executive: Executive<Bus, Output, Input>,
+    reader: Reader,
+    recorder: Recorder,
+    tick: &'static tim2::RegisterBlock,
+    adc_clock: &'static tim3::RegisterBlock,
+    watchdog: &'static iwdg::RegisterBlock,
+    /// Last count of the torque converter's clock.
+    adc_count: u16,
+}
+
+/// Written once by `main` before the interrupt is unmasked, then the interrupt's alone.
+static mut CONTROL: Option<Control> = None;
+
+#[entry]
+fn main() -> ! {
+    // SAFETY: the only instance of each; nothing ran before.
+    let (core, device) = unsafe { (cortex_m::Peripherals::steal(), Peripherals::steal()) };
+    let Some(p) = singleton!(: Peripherals = device) else { faults::all_off() };
+    let p: &'static Peripherals = p;
+    if clocks::start(p).is_err() {
+        faults::all_off();
+    }
+    count_cycles(core);
+    let pins = pins::start(p);
+    let serial = Serial::start(p);
+    match control(p, pins) {
+        // SAFETY: the interrupt that shares it is still masked.
+        Ok(control) => unsafe { CONTROL = Some(control) },
+        Err(error) => refuse(&serial, &error),
+    }
+    start_ticks(p);
+    loop {
+        if !serial.send_next() {
+            asm::wfi();
+        }
+    }
+}
+
+/// Builds the controller; all outputs stay off until its first tick.
+fn control(p: &'static Peripherals, pins: Pins) -> Result<Control, ConfigError> {
+    const CONFIG: Config = Config::for_arm(&REFERENCE, TICK_HZ);
+    let mut config = CONFIG;
+    // Here the four heads latch together.
+    for joint in &mut config.joints {
+        joint.latch_offset_s = LATCH_OFFSET_S;
+    }
+    let io = Io {
+        encoders: Line::all(p).map(Bus::Encoder),
+        adc: Bus::Chip(Chip::start(&p.SPI1, pins.adc_select)),
+        dac: Bus::Chip(Chip::start(&p.SPI2, pins.dac_select)),
+        outputs: pins.outputs,
+        inputs: pins.inputs,
+    };
+    let mut executive = Executive::new(io);
+    executive.configure(&config)?;
+    Ok(Control {
+        executive,
+        reader: Reader::start(p),
+        recorder: Recorder::default(),
+        tick: &p.TIM2,
+        adc_clock: &p.TIM3,
+        watchdog: &p.IWDG,
+        adc_count: 0,
+    })
+}
+
+/// Names the value that is out of range, once, and stays off.
+fn refuse(serial: &Serial, error: &ConfigError) -> ! {
+    let _ = serial.send(error.field.bytes().chain(*b"\r\n"));
+    faults::all_off()
+}
+
+fn count_cycles(mut core: cortex_m::Peripherals) {
+    core.DCB.enable_trace();
+    core.DWT.enable_cycle_counter();
+}
+
+/// Starts the watchdog, the count of the torque converter's clock and the ticks.
+fn start_ticks(p: &Peripherals) {
+    // 80 / 8 kHz: 10 ms, from 6.8 to 18.8 ms over the LSI's 17 to 47 kHz (DS10693, LSI characteristics).
+    p.IWDG.kr().write(|w| w.key().start());
+    p.IWDG.kr().write(|w| w.key().unlock());
+    p.IWDG.pr().write(|w| w.pr().divide_by4());
+    p.IWDG.rlr().write(|w| w.rl().set(79));
+    // External clock mode 2 (RM0390 section 17.3.3).
+    p.TIM3.smcr().write(|w| w.ece().enabled());
+    p.TIM3.cr1().write(|w| w.cen().enabled());
+    p.TIM2.arr().write(|w| w.arr().set(clocks::APB1_TIMER_HZ / TICK_HZ - 1));
+    p.TIM2.cr2().write(|w| w.mms().update());
+    p.TIM2.dier().write(|w| w.uie().enabled());
+    // SAFETY: `CONTROL` is complete, and this is the only interrupt.
+    unsafe { NVIC::unmask(Interrupt::TIM2) };
+    p.TIM2.cr1().write(|w| w.cen().enabled());
+}
+
+#[interrupt]
+fn TIM2() {
+    // SAFETY: `main` is done with it, and this interrupt does not nest.
+    if let Some(control) = unsafe { (&raw mut CONTROL).as_mut() }.and_then(Option::as_mut) {
+        control.tick();
+    }
+}
+
+impl Control {
+    /// One tick; its end feeds the internal watchdog, the controller itself the external one.
+    fn tick(&mut self) {
+        let began = DWT::cycle_count();
+        self.tick.sr().modify(|_, w| w.uif().clear_bit());
+        let adc_count = self.adc_clock.cnt().read().cnt().bits();
+        let adc_clocks = u32::from(adc_count.wrapping_sub(self.adc_count));
+        self.adc_count = adc_count;
+        self.recorder.measured.adc_clocks = adc_clocks;
+        self.executive.tick(&TickInput { command: None }, &mut self.recorder);
+        self.reader.arm();
+        self.watchdog.kr().write(|w| w.key().feed());
+        let tick_clocks = DWT::cycle_count().wrapping_sub(began);
+        self.recorder.measured = Measured { tick_clocks, adc_clocks };
+    }
+}
