@@ -1,10 +1,13 @@
-//! Product tests: loaders of reference data, and what measures an image in the emulator.
+//! Product tests: loaders of reference data, a controller on its bench, and what measures an image in the
+//! emulator.
 
 pub mod board;
+pub mod closed_loop;
 pub mod flow;
 pub mod image;
 pub mod mdh;
 pub mod price;
+pub mod rig;
 pub mod stack;
 pub mod stage;
 pub mod thumb;

@@ -1,0 +1,6 @@
+//! The whole chain through bytes: firmware, drivers, simulated chips and plant.
+
+mod integration;
+mod modes;
+mod repeatability;
+mod tracking;

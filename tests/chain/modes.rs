@@ -1,0 +1,190 @@
+//! Modes through the bus and the pins: what keeps the arm from moving, and what stops it.
+
+use firmware::config::Config;
+use hil_sim::path::Path;
+use hil_sim::run::config_of;
+use hil_sim::scenario::Scenario;
+use shared::arm::{JOINTS, REFERENCE};
+use shared::command::{Command, Trajectory};
+use shared::fault::{Fault, Mode, Refusal};
+use tests::rig::Rig;
+
+fn config() -> Config {
+    config_of(&Scenario::load("paper").expect("a shipped scenario"))
+}
+
+fn rig() -> Rig {
+    Rig::new(&config(), 10e-6)
+}
+
+fn lift() -> Trajectory {
+    Path::of(&Scenario::load("paper").expect("a shipped scenario")).command(&REFERENCE)
+}
+
+/// A rig brought to `mode` by the usual way.
+fn rig_in(mode: Mode) -> Rig {
+    let mut rig = rig();
+    let way = [
+        (Mode::Standby, None),
+        (Mode::Arming, Some(Command::Arm)),
+        (Mode::Holding, None),
+        (Mode::Moving, Some(Command::Start(lift()))),
+    ];
+    for (next, command) in way {
+        if rig.last.mode == mode as u8 && rig.last.tick > 0 {
+            break;
+        }
+        if command.is_some() {
+            rig.tick(command);
+        } else {
+            rig.until(next, 0.5);
+        }
+        assert_eq!(rig.last.mode, next as u8);
+    }
+    rig
+}
+
+fn press_emergency_stop(rig: &mut Rig, contact: usize) {
+    rig.bench.borrow_mut().emergency_stop[contact] = false;
+}
+
+#[test]
+fn the_first_tick_drives_every_output_pin_and_all_are_off() {
+    let mut rig = rig();
+    assert_eq!(rig.pins.len(), 13);
+    assert!(rig.pins.iter().all(|pin| !pin.driven.get()), "no pin is driven before the first tick");
+    rig.tick(None);
+    let undriven: Vec<usize> = (0..13).filter(|&i| !rig.pins[i].driven.get()).collect();
+    assert_eq!(undriven, Vec::<usize>::new());
+    let outputs = rig.bench.borrow().outputs;
+    assert!(!rig.is_live() && !outputs.dac_reset && !outputs.adc_reset && outputs.ldac);
+}
+
+#[test]
+fn nothing_moves_before_an_arm_command() {
+    let mut rig = rig();
+    for _ in 0..4_000 {
+        rig.tick(None);
+        assert!(!rig.is_live(), "tick {}: {:?}", rig.last.tick, rig.bench.borrow().outputs);
+    }
+    assert_eq!(rig.last.mode, Mode::Standby as u8);
+    assert_eq!((rig.plant.qd(), rig.plant.brake_released()), ([0.0; JOINTS], [false; JOINTS]));
+}
+
+#[test]
+fn boot_waits_for_every_device_and_gives_up_in_safe() {
+    for missing in 0..JOINTS + 2 {
+        let mut rig = rig();
+        rig.devices[missing].dead.set(true);
+        for _ in 0..1_100 {
+            rig.tick(None);
+            let mode = Mode::from_number(rig.last.mode);
+            assert!(matches!(mode, Some(Mode::Boot | Mode::Safe)), "device {missing}: {mode:?}");
+            assert!(!rig.is_live(), "device {missing}");
+        }
+        let end = (rig.last.mode, rig.last.fault);
+        assert_eq!(end, (Mode::Safe as u8, Fault::BootTimeout as u16), "device {missing}");
+    }
+}
+
+/// Encoders may be late. A converter that misses a frame of its configuration is not tried again: above.
+#[test]
+fn boot_ends_once_the_last_encoder_reports() {
+    for late in 0..JOINTS {
+        let mut rig = rig();
+        rig.devices[late].dead.set(true);
+        (0..400).for_each(|_| _ = rig.tick(None));
+        assert_eq!(rig.last.mode, Mode::Boot as u8, "encoder {late}");
+        rig.devices[late].dead.set(false);
+        rig.until(Mode::Standby, 0.1);
+    }
+}
+
+#[test]
+fn torque_is_on_before_the_brakes_are_told_to_open() {
+    let mut rig = rig_in(Mode::Arming);
+    let outputs = rig.bench.borrow().outputs;
+    assert!(outputs.sto && outputs.drive_enable == [true; JOINTS]);
+    assert_eq!(outputs.brake_release, [false; JOINTS]);
+    let height_m = rig.plant.tip().position_m[2];
+    rig.until(Mode::Holding, 0.5);
+    assert_eq!(rig.bench.borrow().outputs.brake_release, [true; JOINTS]);
+    (0..1_000).for_each(|_| _ = rig.tick(None));
+    let moved_m = rig.plant.tip().position_m[2] - height_m;
+    assert!(moved_m.abs() < 2e-5, "the arm moves by {moved_m:e} m when its brakes open");
+}
+
+#[test]
+fn stop_sets_the_brakes_in_the_same_tick() {
+    for mode in [Mode::Arming, Mode::Holding, Mode::Moving] {
+        let mut rig = rig_in(mode);
+        (0..200).for_each(|_| _ = rig.tick(None));
+        assert!(rig.is_live());
+        let record = rig.tick(Some(Command::Stop));
+        assert_eq!((record.mode, record.refusal), (Mode::Standby as u8, 0), "{mode:?}");
+        assert!(!rig.is_live(), "{mode:?}: {:?}", rig.bench.borrow().outputs);
+        (0..1_000).for_each(|_| _ = rig.tick(None));
+        assert_eq!((rig.plant.brake_released(), rig.plant.qd()), ([false; 4], [0.0; 4]));
+    }
+}
+
+#[test]
+fn each_emergency_stop_contact_leads_to_safe_and_latches() {
+    for mode in [Mode::Standby, Mode::Arming, Mode::Holding, Mode::Moving] {
+        for contact in 0..2 {
+            let mut rig = rig_in(mode);
+            rig.tick(None);
+            press_emergency_stop(&mut rig, contact);
+            let record = rig.tick(None);
+            let stopped = (Mode::Safe as u8, Fault::EmergencyStop as u16);
+            assert_eq!((record.mode, record.fault), stopped, "{mode:?}, contact {contact}");
+            assert!(!rig.is_live());
+            rig.bench.borrow_mut().emergency_stop = [true; 2];
+            let record = rig.tick(Some(Command::Arm));
+            assert_eq!((record.mode, record.fault), stopped, "{mode:?} stays safe");
+            assert!(!rig.is_live());
+        }
+    }
+}
+
+#[test]
+fn a_command_in_the_wrong_mode_is_refused_and_changes_no_mode() {
+    let start = Command::Start(lift());
+    let (wrong, busy) = (Refusal::WrongMode, Refusal::Busy);
+    let table: [(Mode, &[(Command, Refusal)]); 6] = [
+        (Mode::Boot, &[(Command::Arm, wrong), (start, wrong), (Command::Stop, wrong)]),
+        (Mode::Standby, &[(start, wrong)]),
+        (Mode::Arming, &[(Command::Arm, wrong), (start, wrong)]),
+        (Mode::Holding, &[(Command::Arm, wrong)]),
+        (Mode::Moving, &[(Command::Arm, wrong), (start, busy)]),
+        (Mode::Safe, &[(Command::Arm, wrong), (start, wrong), (Command::Stop, wrong)]),
+    ];
+    for (mode, commands) in table {
+        for (command, refusal) in commands {
+            let mut rig = match mode {
+                Mode::Boot => rig(),
+                Mode::Safe => rig_in(Mode::Standby),
+                _ => rig_in(mode),
+            };
+            if mode == Mode::Safe {
+                press_emergency_stop(&mut rig, 0);
+                rig.tick(None);
+            }
+            let live = rig.is_live();
+            let record = rig.tick(Some(*command));
+            let got = (record.mode, record.refusal);
+            assert_eq!(got, (mode as u8, *refusal as u8), "{command:?} in {mode:?}");
+            assert_eq!(rig.is_live(), live, "{command:?} in {mode:?}");
+        }
+    }
+}
+
+#[test]
+fn a_refused_trajectory_is_named_in_the_record() {
+    let mut rig = rig_in(Mode::Holding);
+    let too_fast = Trajectory { duration_ticks: 1_000, ..lift() };
+    let record = rig.tick(Some(Command::Start(too_fast)));
+    assert_eq!((record.mode, record.refusal), (Mode::Holding as u8, Refusal::TooFast as u8));
+    let record = rig.tick(Some(Command::Start(lift())));
+    assert_eq!((record.mode, record.refusal), (Mode::Moving as u8, Refusal::None as u8));
+}

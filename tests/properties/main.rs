@@ -1,0 +1,7 @@
+//! Properties of the controller's parts over their whole range of input.
+
+mod adaptation;
+mod configuration;
+mod dynamics;
+mod observer;
+mod trajectory;
