@@ -9,9 +9,7 @@ use tests::image::Image;
 use tests::thumb::{self, Class, Insn};
 
 fn demo() -> Image {
-    let test = std::env::current_exe().expect("test");
-    let target = test.ancestors().nth(3).expect("target folder");
-    Image::open(&target.join("thumbv7em-none-eabihf/release/demo")).expect("demo image")
+    tests::board::open("demo")
 }
 
 /// Address and text of each instruction.

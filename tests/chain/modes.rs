@@ -188,3 +188,15 @@ fn a_refused_trajectory_is_named_in_the_record() {
     let record = rig.tick(Some(Command::Start(lift())));
     assert_eq!((record.mode, record.refusal), (Mode::Moving as u8, Refusal::None as u8));
 }
+
+#[test]
+fn a_second_trajectory_does_not_disturb_the_first() {
+    let [mut alone, mut asked] = [rig_in(Mode::Moving), rig_in(Mode::Moving)];
+    for k in 1..1_000 {
+        let second = (k % 100 == 0).then(|| Command::Start(lift()));
+        let (one, other) = (alone.tick(None), asked.tick(second));
+        assert_eq!((one.phase, one.dac, one.d_hat), (other.phase, other.dac, other.d_hat));
+        assert_eq!(other.phase, k);
+    }
+    assert_eq!(asked.last.refusal, Refusal::Busy as u8);
+}

@@ -28,7 +28,7 @@ fn main() {
     let config = Config::default();
     compare_laws("inertia-weighted law", &config, &samples);
     let mut config = config;
-    config.gains.law = Law::PaperPsi;
+    config.gains.law = Law::PAPER_PSI;
     compare_laws("law with the paper's psi", &config, &samples);
     compare_dynamics(&samples);
 }
@@ -88,7 +88,7 @@ fn plain_gains(config: &Config) -> Gains {
         k1: config.gains.k1.into(),
         k2: config.gains.k2.into(),
         adaptation: match config.gains.law {
-            Law::PaperPsi => Adaptation::PaperPsi(config.gains.psi.into()),
+            Law::PAPER_PSI => Adaptation::PaperPsi(config.gains.psi.into()),
             _ => Adaptation::InertiaWeighted(config.gains.wa_rad_s),
         },
         d_max: config.gains.d_max.into(),

@@ -59,7 +59,7 @@ fn plain_gains(config: &Config) -> Gains {
         k1: config.gains.k1.into(),
         k2: config.gains.k2.into(),
         adaptation: match config.gains.law {
-            Law::PaperPsi => Adaptation::PaperPsi(config.gains.psi.into()),
+            Law::PAPER_PSI => Adaptation::PaperPsi(config.gains.psi.into()),
             _ => Adaptation::InertiaWeighted(config.gains.wa_rad_s),
         },
         d_max: config.gains.d_max.into(),
@@ -97,7 +97,7 @@ proptest! {
     fn laws_agree(s in states(), d_hat in estimates()) {
         let model = Model::new(&REFERENCE);
         // From zero the step itself is compared, from elsewhere its projection and clamping.
-        for (law, d_hat) in [Law::InertiaWeighted, Law::PaperPsi]
+        for (law, d_hat) in [Law::INERTIA_WEIGHTED, Law::PAPER_PSI]
             .into_iter()
             .flat_map(|law| [(law, Vector4::zeros()), (law, d_hat)])
         {

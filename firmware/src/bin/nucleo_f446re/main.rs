@@ -146,7 +146,7 @@ impl Control {
         let adc_clocks = u32::from(adc_count.wrapping_sub(self.adc_count));
         self.adc_count = adc_count;
         self.recorder.measured.adc_clocks = adc_clocks;
-        self.executive.tick(&TickInput { command: None }, &mut self.recorder);
+        self.executive.tick(&TickInput { order: None }, &mut self.recorder);
         self.reader.arm();
         self.watchdog.kr().write(|w| w.key().feed());
         let tick_clocks = DWT::cycle_count().wrapping_sub(began);

@@ -53,11 +53,11 @@ pub struct Recorder {
 
 impl RecordSink for Recorder {
     #[inline(always)]
-    fn push(&mut self, record: &Record) -> bool {
+    fn push(&mut self, record: Record) -> bool {
         if !record.tick.is_multiple_of(TICKS_PER_FRAME) {
             return true;
         }
-        let entry = Entry { record: *record, measured: self.measured };
+        let entry = Entry { record, measured: self.measured };
         interrupt::free(|section| {
             let queue = QUEUE.borrow(section).try_borrow_mut();
             queue.is_ok_and(|mut queue| queue.enqueue(entry).is_ok())
