@@ -55,6 +55,7 @@ fn deeper(depth: u32) -> u32 {
 
 /// Double precision and a square root in software.
 #[inline(always)]
+#[expect(clippy::disallowed_methods, reason = "the defect")]
 pub fn in_tick() {
     if cfg!(defect = "soft_float") {
         black_box(black_box(2.0_f64) * f64::from(libm::sqrtf(black_box(2.0))));
