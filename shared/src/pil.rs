@@ -23,6 +23,12 @@ pub const TAG_COEFFICIENTS: u8 = 4;
 /// Instead of coefficients: the configuration was refused.
 pub const TAG_REFUSED: u8 = 5;
 
+/// Answer to [`QUIT`], the board's last message: tag, high-water mark of its stack as `u16` bytes.
+pub const TAG_STACK: u8 = 6;
+/// At any time, the board's last message: it took a hard fault; tag, fault status register (Armv7-M ARM B3.2.15,
+/// CFSR) as `u32`.
+pub const TAG_FAULT: u8 = 7;
+
 /// Longest transfer, bytes.
 pub const TRANSFER_MAX: usize = 32;
 
@@ -49,7 +55,7 @@ pub const PIN_WATCHDOG: u8 = 12;
 /// Size of a release.
 pub const RELEASE_BYTES: usize = 2 + COMMAND_BYTES;
 
-/// Instead of a release: the emulation is to end.
+/// Instead of a release: the board answers with [`TAG_STACK`] and ends the emulation.
 pub const QUIT: [u8; RELEASE_BYTES] = [0xFF; RELEASE_BYTES];
 
 /// What opens a tick.

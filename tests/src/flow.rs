@@ -73,7 +73,11 @@ fn wide_branch(pc: u32, hw1: u32, hw2: u32, in_it: bool) -> Flow {
     }
 }
 
-/// Targets of TBB and TBH on the program counter: the table reaches to the next code, a padding byte is no target.
+/// 16-bit NOP, the padding of tables of halfwords.
+const NOP: u32 = 0xBF00;
+
+/// Targets of TBB and TBH on the program counter. The table reaches to the next code, less its padding: a zero byte,
+/// which would be a jump into the table itself, and a NOP, whose first byte is zero.
 fn table(image: &Image, at: u32, insn: &Insn) -> Option<Vec<u32>> {
     if insn.hw1 & 15 != 15 {
         return None;
@@ -87,6 +91,7 @@ fn table(image: &Image, at: u32, insn: &Insn) -> Option<Vec<u32>> {
             true => image.halfword(a).map(u32::from),
             false => image.byte(a).map(u32::from),
         })
+        .take_while(|entry| *entry != 0 && *entry != NOP)
         .map(|entry| base + 2 * entry)
         .filter(|target| image.code.contains_key(target))
         .collect();

@@ -26,6 +26,8 @@ pub struct Image {
     pub code: BTreeMap<u32, Insn>,
     /// Functions by first address.
     pub functions: BTreeMap<u32, Function>,
+    /// Every name that the image defines, demangled, with its address.
+    pub symbols: Vec<(u32, String)>,
     /// Handlers in the vector table: Reset first, then each distinct exception in its order.
     pub vectors: Vec<u32>,
     bytes: BTreeMap<u32, u8>,
@@ -40,6 +42,7 @@ impl Image {
             path: path.to_path_buf(),
             code: BTreeMap::new(),
             functions: functions(&elf),
+            symbols: symbols(&elf),
             vectors: Vec::new(),
             bytes: BTreeMap::new(),
         };
@@ -112,6 +115,16 @@ fn instructions(elf: &object::File, start: u32, bytes: &[u8]) -> Vec<(u32, Insn)
         }
     }
     found
+}
+
+/// Names of code and data, without mapping symbols.
+fn symbols(elf: &object::File) -> Vec<(u32, String)> {
+    elf.symbols()
+        .filter(|s| s.is_definition())
+        .filter_map(|s| Some((s.address() as u32 & !1, s.name().ok()?)))
+        .filter(|(_, name)| !name.is_empty() && !name.starts_with('$'))
+        .map(|(at, name)| (at, format!("{:#}", addr2line::demangle_auto(name.into(), None))))
+        .collect()
 }
 
 /// Function symbols; one without a size (assembly) reaches to the next.

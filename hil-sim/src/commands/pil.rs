@@ -15,6 +15,7 @@ pub fn pil(args: &PilArgs) -> miette::Result<bool> {
     drop(progress);
     let verdict = verdict.into_diagnostic()?;
     print_outcome(&verdict.outcome);
+    println!("  board's stack: {} bytes used", verdict.stack_bytes);
     match &verdict.difference {
         None => println!("  bit for bit as in software, {} ticks", verdict.outcome.ticks),
         Some(difference) => println!("DIFFERENCE at {difference}"),

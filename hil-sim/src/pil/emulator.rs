@@ -43,6 +43,14 @@ pub enum EmulatorError {
     /// The child ended.
     #[error("the emulator ended in the middle of the run ({0})")]
     Ended(String),
+    /// The board's own code broke down.
+    #[error(
+        "the board took a hard fault (CFSR {status:#010x}): its stack overflowed, or the image has a defect"
+    )]
+    Fault {
+        /// Fault status register.
+        status: u32,
+    },
     /// The child is silent.
     #[error("the emulator has been silent for 20 s")]
     Silent,
@@ -123,15 +131,25 @@ impl Emulator {
         &self.coefficients
     }
 
-    /// Ends the emulation in order, so that what the emulator writes at its end is written.
+    /// The emulator's process.
+    pub fn process_id(&self) -> u32 {
+        self.child.id()
+    }
+
+    /// Ends the emulation in order, so that what the emulator writes at its end is written. Gives the high-water
+    /// mark of the board's stack, bytes.
     ///
     /// # Errors
     /// Where it cannot be told or does not end.
-    pub fn stop(mut self) -> Result<(), EmulatorError> {
+    pub fn stop(mut self) -> Result<u16, EmulatorError> {
         self.to_board.write_all(&pil::QUIT)?;
+        let used_bytes = match self.byte()? {
+            pil::TAG_STACK => u16::from_le_bytes([self.byte()?, self.byte()?]),
+            tag => return Err(self.unexpected(tag)),
+        };
         for _ in 0..PATIENCE_POLLS {
             if self.child.try_wait()?.is_some() {
-                return Ok(());
+                return Ok(used_bytes);
             }
             std::thread::sleep(Duration::from_millis(100));
         }
@@ -145,7 +163,19 @@ impl Emulator {
                 (0..length).map(|_| self.byte()).collect()
             }
             pil::TAG_REFUSED => Err(EmulatorError::Refused),
-            tag => Err(EmulatorError::Unknown(tag)),
+            tag => Err(self.unexpected(tag)),
+        }
+    }
+
+    /// What a message means that may come at any time, or at none.
+    fn unexpected(&mut self, tag: u8) -> EmulatorError {
+        let mut status = [0; 4];
+        match tag {
+            pil::TAG_FAULT => match self.fill(&mut status) {
+                Ok(()) => EmulatorError::Fault { status: u32::from_le_bytes(status) },
+                Err(error) => error,
+            },
+            _ => EmulatorError::Unknown(tag),
         }
     }
 
@@ -169,7 +199,7 @@ impl Emulator {
                     self.fill(&mut bytes)?;
                     return Ok(Record::from_bytes(&bytes));
                 }
-                tag => return Err(EmulatorError::Unknown(tag)),
+                tag => return Err(self.unexpected(tag)),
             }
         }
     }

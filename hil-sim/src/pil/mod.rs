@@ -34,6 +34,8 @@ pub struct Verdict {
     pub outcome: Outcome,
     /// The first difference; the run ends there.
     pub difference: Option<Difference>,
+    /// High-water mark of the board's stack, bytes.
+    pub stack_bytes: u16,
 }
 
 /// Runs `scenario` on `image` and as software, tick by tick, until the end or the first difference.
@@ -65,7 +67,7 @@ pub fn run(
         progress(done, planned);
     }
     let outcome = board_side.outcome(started.elapsed().as_secs_f64());
-    Ok(Verdict { outcome, difference })
+    Ok(Verdict { outcome, difference, stack_bytes: board.stop()? })
 }
 
 impl Controller for Emulator {

@@ -14,6 +14,8 @@ use shared::command::Command;
 use shared::pil::{self, RELEASE_BYTES, Release, TRANSFER_MAX};
 use shared::telemetry::Record;
 
+use crate::{defect, stack};
+
 /// Semihosting open modes (Arm IHI 0069, SYS_OPEN): "rb" and "wb".
 const MODE_READ: usize = 1;
 const MODE_WRITE: usize = 5;
@@ -56,6 +58,13 @@ fn open_one(name: &'static [u8], mode: usize) -> usize {
     unsafe { syscall!(OPEN, name.as_ptr(), mode, name.len() - 1) }
 }
 
+fn write(handle: usize, bytes: &[u8]) {
+    // SAFETY: SYS_WRITE takes handle, address and length; it returns what was not written.
+    if unsafe { syscall!(WRITE, handle, bytes.as_ptr(), bytes.len()) } != 0 {
+        give_up();
+    }
+}
+
 /// Ends the emulation: the harness is gone.
 fn give_up() -> ! {
     debug::exit(EXIT_FAILURE);
@@ -70,21 +79,14 @@ impl Link {
         if self.pending.extend_from_slice(bytes).is_err() {
             self.flush();
             if self.pending.extend_from_slice(bytes).is_err() {
-                self.write(bytes);
+                write(self.to_harness, bytes);
             }
         }
     }
 
     fn flush(&mut self) {
-        let pending = core::mem::take(&mut self.pending);
-        self.write(&pending);
-    }
-
-    fn write(&mut self, bytes: &[u8]) {
-        // SAFETY: SYS_WRITE takes handle, address and length; it returns what was not written.
-        if unsafe { syscall!(WRITE, self.to_harness, bytes.as_ptr(), bytes.len()) } != 0 {
-            give_up();
-        }
+        write(self.to_harness, &self.pending);
+        self.pending.clear();
     }
 
     fn read(&mut self, bytes: &mut [u8]) {
@@ -118,6 +120,7 @@ pub fn await_release() -> Option<Command> {
     let mut bytes = [0; RELEASE_BYTES];
     receive(&mut bytes);
     if bytes == pil::QUIT {
+        send_stack(stack::high_water_bytes());
         debug::exit(EXIT_SUCCESS);
     }
     let release = Release::from_bytes(&bytes);
@@ -131,7 +134,7 @@ pub fn send_coefficients(bytes: &[u8]) {
     with(|link| {
         link.post(&[pil::TAG_COEFFICIENTS, low, high]);
         link.flush();
-        link.write(bytes);
+        write(link.to_harness, bytes);
     });
 }
 
@@ -141,6 +144,18 @@ pub fn send_refusal() {
         link.post(&[pil::TAG_REFUSED]);
         link.flush();
     });
+}
+
+fn send_stack(used_bytes: u16) {
+    let [low, high] = used_bytes.to_le_bytes();
+    with(|link| write(link.to_harness, &[pil::TAG_STACK, low, high]));
+}
+
+/// Ends the emulation with what the fault status register says; what was collected is lost.
+pub fn report_fault(status: u32) -> ! {
+    let [a, b, c, d] = status.to_le_bytes();
+    with(|link| write(link.to_harness, &[pil::TAG_FAULT, a, b, c, d]));
+    give_up()
 }
 
 /// Closes a tick.
@@ -165,6 +180,7 @@ fn transfer(device: u8, mosi: &[u8], miso: &mut [u8]) -> Result<(), spi::ErrorKi
         link.post(mosi);
         link.flush();
         link.read(miso);
+        defect::in_sample(device, miso);
     });
     Ok(())
 }

@@ -5,12 +5,15 @@
 #![no_main]
 #![allow(unsafe_code, reason = "board file")]
 
+mod defect;
 mod link;
+mod stack;
 
+use core::arch::naked_asm;
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
 
-use cortex_m::peripheral::SYST;
+use cortex_m::peripheral::{SCB, SYST};
 use cortex_m_rt::{entry, exception};
 use firmware::config::Config;
 use firmware::executive::{Executive, RecordSink, TickInput};
@@ -68,19 +71,25 @@ impl RecordSink for Records {
 
 #[entry]
 fn main() -> ! {
+    stack::guard();
+    stack::paint();
     link::open();
     // SAFETY: SysTick is not running yet, and nothing else touches these.
     let (config, controller) = unsafe { (&mut *CONFIG.0.get(), &mut *CONTROLLER.0.get()) };
     link::receive(bytemuck::bytes_of_mut(config));
+    defect::before_configuration(config);
+    defect::in_coefficients(config);
     let controller = controller.write(Executive::new(wire()));
     if controller.configure(config).is_ok() {
         // SAFETY: SysTick is not running yet.
         unsafe { (*PLANNER.0.get()).write(Planner::new(config)) };
         link::send_coefficients(controller.coefficient_bytes());
+        defect::in_law(controller, config);
         start_ticking(config.tick_hz);
     } else {
         link::send_refusal();
     }
+    defect::in_idle();
     loop {
         // SAFETY: SysTick, the only other user, is masked.
         let record = cortex_m::interrupt::free(|_| unsafe { &mut *RECORDS.0.get() }.pop_front());
@@ -137,6 +146,23 @@ fn SysTick() {
 #[unsafe(no_mangle)]
 fn tick(controller: &mut Controller, input: &TickInput<'_>) {
     controller.tick(input, &mut Records);
+    defect::in_tick();
+}
+
+/// After an overflow the stack pointer is outside RAM, so the stack is emptied first.
+///
+/// # Safety
+/// For the vector table only.
+#[unsafe(naked)]
+// SAFETY: `cortex-m-rt` provides the symbol weakly, to be defined with this signature.
+#[unsafe(no_mangle)]
+unsafe extern "C" fn HardFault() -> ! {
+    naked_asm!("ldr r0, =_stack_start", "msr msp, r0", "b {report}", report = sym report_fault)
+}
+
+extern "C" fn report_fault() -> ! {
+    // SAFETY: a register that may be read at any time.
+    link::report_fault(unsafe { (*SCB::PTR).cfsr.read() })
 }
 
 /// Linking fails if any panic is reachable: nothing defines this symbol.
