@@ -2,6 +2,8 @@
 
 use std::process::Command;
 
+use hil_sim::outcome::Adaptation;
+use hil_sim::scenario::Scenario;
 use tests::board::{self, plugin};
 use tests::image::Image;
 use tests::stage::Stage;
@@ -111,4 +113,24 @@ fn the_law_costs_a_twentieth_of_its_plain_versions() {
         assert!(worst <= max, "{}: {worst} cycles", ADAPTATIONS[adaptation]);
     }
     assert!(ratios[INERTIA_WEIGHTED] >= RATIO_MIN, "{ratios:?}");
+}
+
+/// The same functions in the product's tick, where they also tell saturated joints from others.
+#[test]
+fn the_product_tick_keeps_the_same_bounds() {
+    let image = board::open("mps2-an386");
+    let mut scenario = Scenario::load("paper").expect("a shipped scenario");
+    scenario.duration_s = 1.0;
+    let is_law = |stage: usize| {
+        let name = board::STAGES.get(stage).map(|s| s.0);
+        name.is_some_and(|n| ["kinematics and dynamics", "law and adaptation"].contains(&n))
+    };
+    for (adaptation, max) in [Adaptation::Inertia, Adaptation::Paper].into_iter().zip(MAX_CYCLES) {
+        scenario.controller.adaptation = adaptation;
+        let trace = board::trace(&image, &plugin(), &scenario);
+        let law = trace.spread(is_law, |c| c.plain);
+        println!("in the product's tick, {adaptation:?}: {} cycles at worst", law.max);
+        // Before the arm is enabled no law runs.
+        assert!(law.max > max / 2 && law.max <= max, "{adaptation:?}: {law:?}");
+    }
 }
