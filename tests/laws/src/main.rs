@@ -8,8 +8,6 @@ mod states;
 
 use core::hint::black_box;
 
-// Holds the critical section that printing needs.
-use cortex_m as _;
 use cortex_m_rt::entry;
 use cortex_m_semihosting::{debug, hprintln};
 use firmware::JointVector;
@@ -94,7 +92,9 @@ fn main() -> ! {
     hprintln!("compared {}", compared);
     hprintln!("worst {:e}", worst);
     debug::exit(debug::EXIT_SUCCESS);
-    loop {}
+    loop {
+        cortex_m::asm::wfi();
+    }
 }
 
 /// All three over all states. What they are handed is hidden from the compiler, which would else fold it into them.
