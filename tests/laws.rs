@@ -106,7 +106,8 @@ fn the_law_costs_a_twentieth_of_its_plain_versions() {
     });
     print!("{}", ours.stdout);
 
-    assert_eq!(value(&ours.stdout, "compared "), (2 * STATES * plain.len() * 2) as f64);
+    // Four joints' torque and estimate.
+    assert_eq!(value(&ours.stdout, "compared "), (2 * STATES * plain.len() * 8) as f64);
     assert_eq!(value(&ours.stdout, "agreeing "), value(&ours.stdout, "compared "));
     for (adaptation, max) in MAX_CYCLES.into_iter().enumerate() {
         let worst = ours.traces[adaptation].spread(|_| true, |c| c.plain).max;

@@ -54,7 +54,7 @@ fn plain_five_calls(model: &Model, gains: &Gains, s: &State, d_hat: &JointVector
     plain::control_by_five_calls(model, gains, s, d_hat)
 }
 
-/// Outcome of all comparisons of two rows.
+/// Outcome of all comparisons of two numbers.
 #[derive(Default)]
 struct Agreement {
     agreeing: u32,
@@ -70,12 +70,14 @@ impl Agreement {
     }
 
     fn rows(&mut self, got: &JointVector, want: &JointVector) {
-        let error = (got - want).amax() / want.amax();
-        self.compared += 1;
-        // A NaN agrees with nothing.
-        if error <= TOLERANCE {
-            self.agreeing += 1;
-            self.worst = if error > self.worst { error } else { self.worst };
+        let scale = want.amax();
+        for error in (got - want).abs().iter().map(|e| e / scale) {
+            self.compared += 1;
+            // A NaN agrees with nothing.
+            if error <= TOLERANCE {
+                self.agreeing += 1;
+                self.worst = if error > self.worst { error } else { self.worst };
+            }
         }
     }
 }
