@@ -10,6 +10,9 @@ fn main() {
     // the workspace and looks for `memory.x` there first, so the latter is named by its whole path.
     if env::var_os("CARGO_FEATURE_MPS2_AN386").is_some() {
         link("mps2-an386", &root.join(".."));
+        let vectors = root.join("src/bin/mps2_an386");
+        println!("cargo:rustc-link-arg-bin=mps2-an386=-L{}", vectors.display());
+        println!("cargo:rerun-if-changed={}", vectors.join("device.x").display());
     }
     if env::var_os("CARGO_FEATURE_NUCLEO_F446RE").is_some() {
         for script in ["memory.x", "sections.x"] {

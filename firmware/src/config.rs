@@ -249,12 +249,15 @@ impl Config {
     /// # Errors
     /// The first value that is out of range, with its range.
     pub fn validate(&self) -> Result<(), ConfigError> {
-        within("tick_hz", 0, self.tick_hz as f32, TICK_HZ_MIN as f32, TICK_HZ_MAX as f32)?;
-        self.arm.validate()?;
+        let mut check = Check(Ok(()));
+        let tick_hz = self.tick_hz as f32;
+        check.one("tick_hz", 0, tick_hz, TICK_HZ_MIN as f32, TICK_HZ_MAX as f32);
+        self.arm.validate(&mut check);
         for (j, joint) in self.joints.iter().enumerate() {
-            joint.validate(j, self.tick_hz as f32)?;
+            joint.validate(&mut check, j, tick_hz);
         }
-        self.gains.validate(self.tick_hz as f32)
+        self.gains.validate(&mut check, tick_hz);
+        check.0
     }
 }
 
@@ -266,45 +269,47 @@ impl Default for Config {
 }
 
 impl ArmModel {
-    fn validate(&self) -> Result<(), ConfigError> {
+    fn validate(&self, check: &mut Check) {
         let g = &self.geometry;
         let lengths = [g.a1_m, g.a2_m, g.a3_m, g.d1_m, g.d3_m];
-        all("geometry_m", &lengths, -20.0, 20.0)?;
-        within("gravity_m_s2", 0, self.gravity_m_s2, 0.0, 20.0)?;
+        check.all("geometry_m", &lengths, -20.0, 20.0);
+        check.one("gravity_m_s2", 0, self.gravity_m_s2, 0.0, 20.0);
         for (i, link) in self.links.iter().enumerate() {
-            within("links.mass_kg", i, link.mass_kg, 1.0, 20_000.0)?;
-            link.validate()?;
+            check.one("links.mass_kg", i, link.mass_kg, 1.0, 20_000.0);
+            link.validate(check);
         }
-        within("payload.mass_kg", 0, self.payload.mass_kg, 0.0, 5_000.0)?;
-        self.payload.validate()
+        check.one("payload.mass_kg", 0, self.payload.mass_kg, 0.0, 5_000.0);
+        self.payload.validate(check);
     }
 }
 
 impl Body {
-    fn validate(&self) -> Result<(), ConfigError> {
-        all("com_m", &self.com_m, -20.0, 20.0)?;
+    #[inline(never)]
+    fn validate(&self, check: &mut Check) {
+        check.all("com_m", &self.com_m, -20.0, 20.0);
         let [ixx, iyy, izz, ixy, ixz, iyz] = self.inertia_com_kg_m2;
-        all("inertia_com_kg_m2 moments", &[ixx, iyy, izz], 0.0, 1e6)?;
-        all("inertia_com_kg_m2 products", &[ixy, ixz, iyz], -1e6, 1e6)
+        check.all("inertia_com_kg_m2 moments", &[ixx, iyy, izz], 0.0, 1e6);
+        check.all("inertia_com_kg_m2 products", &[ixy, ixz, iyz], -1e6, 1e6);
     }
 }
 
 impl Joint {
-    fn validate(&self, j: usize, tick_hz: f32) -> Result<(), ConfigError> {
-        within("q_min", j, self.q_min, -60.0, 60.0)?;
-        within("q_max", j, self.q_max, self.q_min, 60.0)?;
-        within("qd_max", j, self.qd_max, 1e-3, 10.0)?;
-        within("tau_max", j, self.tau_max, 1.0, 1e6)?;
-        within("encoder_bits", j, self.encoder_bits as f32, ENCODER_BITS_MIN, ENCODER_BITS_MAX)?;
-        within("encoder_lsb", j, self.encoder_lsb, 1e-9, 1e-3)?;
+    #[inline(never)]
+    fn validate(&self, check: &mut Check, j: usize, tick_hz: f32) {
+        check.one("q_min", j, self.q_min, -60.0, 60.0);
+        check.one("q_max", j, self.q_max, self.q_min, 60.0);
+        check.one("qd_max", j, self.qd_max, 1e-3, 10.0);
+        check.one("tau_max", j, self.tau_max, 1.0, 1e6);
+        check.one("encoder_bits", j, self.encoder_bits as f32, ENCODER_BITS_MIN, ENCODER_BITS_MAX);
+        check.one("encoder_lsb", j, self.encoder_lsb, 1e-9, 1e-3);
         let top = self.q_min;
         let bottom = self.q_max - SPAN_MAX_COUNTS * self.encoder_lsb;
-        within("encoder_zero", j, self.encoder_zero, bottom, top)?;
+        check.one("encoder_zero", j, self.encoder_zero, bottom, top);
         let step_max = self.encoder_lsb * STEP_MAX_COUNTS * tick_hz;
-        within("qd_max against encoder_lsb", j, self.qd_max, 0.0, step_max)?;
-        within("latch_offset_s", j, self.latch_offset_s, 0.0, 0.5 / tick_hz)?;
-        within("drive_full_scale", j, self.drive_full_scale, self.tau_max, 2e6)?;
-        within("torque_full_scale", j, self.torque_full_scale, self.tau_max, 2e6)
+        check.one("qd_max against encoder_lsb", j, self.qd_max, 0.0, step_max);
+        check.one("latch_offset_s", j, self.latch_offset_s, 0.0, 0.5 / tick_hz);
+        check.one("drive_full_scale", j, self.drive_full_scale, self.tau_max, 2e6);
+        check.one("torque_full_scale", j, self.torque_full_scale, self.tau_max, 2e6);
     }
 }
 
@@ -323,36 +328,37 @@ impl Joint {
 }
 
 impl Gains {
-    fn validate(&self, tick_hz: f32) -> Result<(), ConfigError> {
+    fn validate(&self, check: &mut Check, tick_hz: f32) {
         // Discrete stability wants each first-order pole well inside the tick rate.
         let fastest = 0.5 * tick_hz;
-        within("law", 0, self.law.0 as f32, 0.0, Law::PD.0 as f32)?;
-        all("k1", &self.k1, 1.0, fastest)?;
-        all("k2", &self.k2, 1.0, fastest)?;
-        within("wa_rad_s", 0, self.wa_rad_s, 0.0, 200.0)?;
-        all("psi", &self.psi, 0.0, 1e12)?;
-        all("d_max", &self.d_max, 0.0, 1e6)?;
-        all("kp", &self.kp, 0.0, fastest * fastest)?;
-        all("kd", &self.kd, 0.0, fastest)?;
-        within("observer_rad_s", 0, self.observer_rad_s, 10.0, 3.0 * tick_hz)
+        check.one("law", 0, self.law.0 as f32, 0.0, Law::PD.0 as f32);
+        check.all("k1", &self.k1, 1.0, fastest);
+        check.all("k2", &self.k2, 1.0, fastest);
+        check.one("wa_rad_s", 0, self.wa_rad_s, 0.0, 200.0);
+        check.all("psi", &self.psi, 0.0, 1e12);
+        check.all("d_max", &self.d_max, 0.0, 1e6);
+        check.all("kp", &self.kp, 0.0, fastest * fastest);
+        check.all("kd", &self.kd, 0.0, fastest);
+        check.one("observer_rad_s", 0, self.observer_rad_s, 10.0, 3.0 * tick_hz);
     }
 }
 
-fn all(field: &'static str, values: &[f32], min: f32, max: f32) -> Result<(), ConfigError> {
-    values.iter().enumerate().try_for_each(|(i, &value)| within(field, i, value, min, max))
-}
+/// What validation found first. It goes on after that, so that no value needs a way out of its own.
+struct Check(Result<(), ConfigError>);
 
-/// A NaN lies within nothing.
-fn within(
-    field: &'static str,
-    index: usize,
-    value: f32,
-    min: f32,
-    max: f32,
-) -> Result<(), ConfigError> {
-    if value >= min && value <= max {
-        Ok(())
-    } else {
-        Err(ConfigError { field, index, value, min, max })
+impl Check {
+    #[inline(never)]
+    fn all(&mut self, field: &'static str, values: &[f32], min: f32, max: f32) {
+        for (i, &value) in values.iter().enumerate() {
+            self.one(field, i, value, min, max);
+        }
+    }
+
+    /// A NaN lies within nothing.
+    #[inline(never)]
+    fn one(&mut self, field: &'static str, index: usize, value: f32, min: f32, max: f32) {
+        if self.0.is_ok() && !(value >= min && value <= max) {
+            self.0 = Err(ConfigError { field, index, value, min, max });
+        }
     }
 }

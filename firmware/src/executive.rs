@@ -89,9 +89,8 @@ pub struct Executive<S, O, I> {
     mode: Mode,
     observers: [Observer; JOINTS],
     d_hat: JointVector,
-    /// Last accepted samples.
+    /// Last accepted encoder codes.
     code: [u32; JOINTS],
-    torque_code: [i32; JOINTS],
     /// Encoders, ADC and DAC: failures in a row; devices that never succeeded stand at the maximum.
     lost: [u8; JOINTS + 2],
     adc_ready: bool,
@@ -134,7 +133,6 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
             observers: [Observer::default(); JOINTS],
             d_hat: JointVector::repeat(0.0),
             code: [0; JOINTS],
-            torque_code: [0; JOINTS],
             lost: [LOST_MAX; JOINTS + 2],
             adc_ready: false,
             dac_ready: false,
@@ -201,44 +199,61 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
     #[inline(always)]
     fn sample(&mut self) {
         self.rejected = 0;
-        for j in 0..JOINTS {
-            let sample = encoder::read(&mut self.io.encoders[j], &self.layouts[j]).ok();
-            let fresh = self.lost[j] >= LOST_MAX;
-            if let Some(sample) = &sample {
-                self.code[j] = sample.code;
-                if fresh {
-                    self.observers[j] = Observer::at_rest(sample.code);
-                }
-            }
-            self.count(j, sample.is_some());
-            let observer = &self.coefficients.observers[j];
-            self.observers[j].update(observer, sample.map(|s| s.code));
-        }
+        // Written out: with constant indices no address is computed.
+        self.sample_joint(0);
+        self.sample_joint(1);
+        self.sample_joint(2);
+        self.sample_joint(3);
         if self.adc_ready {
-            let sample = self.adc.sample(&mut self.io.adc).ok();
-            if let Some(sample) = &sample {
-                self.torque_code = sample.codes;
+            match self.adc.sample(&mut self.io.adc) {
+                Ok(_) => self.lost[ADC] = 0,
+                Err(_) => self.miss(ADC),
             }
-            self.count(ADC, sample.is_some());
         }
     }
 
-    /// Counts a success or failure of device `index`, and finds the fault that too many failures are.
+    /// Reads the encoder of joint `j` and advances its observer.
     #[inline(always)]
-    fn count(&mut self, index: usize, good: bool) {
-        let lost = &mut self.lost[index];
-        if good {
-            *lost = 0;
-        } else {
-            self.rejected |= 1 << index;
-            *lost = if *lost < LOST_MAX { *lost + 1 } else { LOST_MAX };
-            if *lost == LOST_MAX {
-                self.found = match index {
-                    ADC => Fault::TorqueAdcLost,
-                    DAC => Fault::DacNotAcknowledged,
-                    _ => Fault::EncoderLost,
-                };
+    fn sample_joint(&mut self, j: usize) {
+        let sample = encoder::read(&mut self.io.encoders[j], &self.layouts[j]).ok();
+        match &sample {
+            Some(sample) => {
+                self.code[j] = sample.code;
+                if self.lost[j] != 0 {
+                    self.regain(j);
+                }
             }
+            None => self.miss(j),
+        }
+        self.observers[j].update(&self.coefficients.observers[j], sample.map(|s| s.code));
+    }
+
+    /// Ends a row of failures of encoder `j`; after a long one the estimate starts anew.
+    #[cold]
+    #[inline(never)]
+    fn regain(&mut self, j: usize) {
+        let mut joints = self.lost.iter_mut().zip(&mut self.observers).zip(&self.code);
+        if let Some(((lost, observer), code)) = joints.nth(j) {
+            if *lost >= LOST_MAX {
+                *observer = Observer::at_rest(*code);
+            }
+            *lost = 0;
+        }
+    }
+
+    /// Counts a failure of device `index`, and finds the fault that too many in a row are.
+    #[cold]
+    #[inline(never)]
+    fn miss(&mut self, index: usize) {
+        self.rejected |= 1 << index;
+        let Some(lost) = self.lost.get_mut(index) else { return };
+        *lost = if *lost < LOST_MAX { *lost + 1 } else { LOST_MAX };
+        if *lost == LOST_MAX {
+            self.found = match index {
+                ADC => Fault::TorqueAdcLost,
+                DAC => Fault::DacNotAcknowledged,
+                _ => Fault::EncoderLost,
+            };
         }
     }
 
@@ -249,17 +264,14 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
         if booting && self.mode.converters_awake(&self.coefficients.timing) {
             self.boot_converters();
         }
-        let events = Events {
-            order: input.order,
-            pose: self.observers.map(|o| o.position),
-            ready: booting && self.is_ready(),
-            brakes_open: self.io.inputs.brakes_open(),
-            fault: if booting { Fault::None } else { self.monitor() },
-        };
+        let ready = booting && self.is_ready();
+        let brakes_open = self.io.inputs.brakes_open();
+        let fault = if booting { Fault::None } else { self.monitor() };
+        let observers = &self.observers;
+        let events = Events { order: input.order, observers, ready, brakes_open, fault };
         self.found = Fault::None;
-        let adapted = self.mode.adapts();
         let refusal = self.mode.step(&self.coefficients.timing, &events);
-        if self.mode.adapts() != adapted {
+        if !self.mode.adapts() {
             self.d_hat = JointVector::repeat(0.0);
         }
         if input.order.is_some() {
@@ -272,6 +284,8 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
     }
 
     /// One boot step of each converter.
+    #[cold]
+    #[inline(never)]
     fn boot_converters(&mut self) {
         if !self.adc_ready {
             self.adc_ready = self.adc.boot_step(&mut self.io.adc) == Progress::Ready;
@@ -335,7 +349,11 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
             let acknowledge = self.dac.write(&mut self.io.dac, codes);
             // Without a valid status the DAC may have been reset and echo codes that move nothing.
             self.acknowledged = acknowledge.accepted && acknowledge.status.is_some();
-            self.count(DAC, self.acknowledged);
+            if self.acknowledged {
+                self.lost[DAC] = 0;
+            } else {
+                self.miss(DAC);
+            }
         }
         codes
     }
@@ -358,7 +376,7 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
             qd: control.qd.into(),
             e1_dot: control.e1_dot.into(),
             dac,
-            adc: self.torque_code,
+            adc: self.adc.codes(),
             d_hat: self.d_hat.into(),
         });
         if !kept {
@@ -376,10 +394,8 @@ const DAC: usize = JOINTS + 1;
 /// Offset-binary code of a torque within ±32 768 codes; zero torque for what is not a number.
 #[inline(always)]
 fn dac_code(codes: f32) -> u16 {
-    if codes.abs() <= DAC_HALF_SCALE {
-        let code = round_to_i32(codes) + i32::from(DAC_ZERO);
-        (if code > 0xFFFF { 0xFFFF } else { code }) as u16
-    } else {
-        DAC_ZERO
-    }
+    let codes = if codes.abs() <= DAC_HALF_SCALE { codes } else { 0.0 };
+    let code = round_to_i32(codes).wrapping_add(i32::from(DAC_ZERO));
+    // Positive full scale itself is one code too many.
+    (code - (code >> 16)) as u16
 }

@@ -15,10 +15,14 @@ use bytemuck::{Pod, Zeroable};
 use shared::arm::JOINTS;
 use shared::fault::{Fault, Mode as ModeCode, Refusal};
 
+use crate::estimator::Observer;
 use crate::io::Levels;
 use crate::trajectory::{Motion, Order, SetPoint};
 
 /// Present mode with what belongs to it alone.
+// A tag of its own, a word wide: one in a field's unused values has to be worked out at each use, and a
+// byte makes copies byte-wise.
+#[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Mode {
     /// Devices are being configured.
@@ -88,8 +92,8 @@ impl Timing {
 pub struct Events<'a> {
     /// Order that arrived, if any.
     pub order: Option<&'a Order>,
-    /// Measured pose, position words.
-    pub pose: [u32; JOINTS],
+    /// Where the measured pose is, for an order to arm.
+    pub observers: &'a [Observer; JOINTS],
     /// Every sensor has reported and every converter is configured.
     pub ready: bool,
     /// All brakes report open.
@@ -108,41 +112,32 @@ impl Mode {
         if events.fault != Fault::None && !matches!(self, Self::Safe { .. }) {
             *self = Self::Safe { fault: events.fault };
         }
-        match events.order {
-            Some(order) => self.obey(order, timing, events),
-            None => {
-                self.advance(timing, events);
-                Refusal::None
-            }
+        let outcome = events.order.map(|order| self.obey(order, events.observers));
+        if outcome == Some(Ok(())) {
+            return Refusal::None;
         }
+        self.advance(timing, events);
+        outcome.and_then(Result::err).unwrap_or(Refusal::None)
     }
 
-    /// Carries out an order, or refuses it and goes on as without.
+    /// Carries out an order, or says why not.
     #[inline(never)]
-    fn obey(&mut self, order: &Order, timing: &Timing, events: &Events<'_>) -> Refusal {
-        let refusal = match (&*self, order) {
-            (Self::Boot { .. } | Self::Safe { .. }, _) => Refusal::WrongMode,
-            (_, Order::Stop) => {
-                *self = Self::Standby;
-                return Refusal::None;
-            }
-            (_, Order::Refused(refusal)) => *refusal,
+    fn obey(&mut self, order: &Order, observers: &[Observer; JOINTS]) -> Result<(), Refusal> {
+        match (&*self, order) {
+            (Self::Boot { .. } | Self::Safe { .. }, _) => return Err(Refusal::WrongMode),
+            (_, Order::Stop) => *self = Self::Standby,
+            (_, Order::Refused(refusal)) => return Err(*refusal),
             (Self::Standby, Order::Arm) => {
-                *self = Self::Arming { ticks: 0, pose: events.pose };
-                return Refusal::None;
+                *self = Self::Arming { ticks: 0, pose: observers.map(|o| o.position) };
             }
-            (Self::Holding { pose }, Order::Start(motion)) => {
-                if motion.starts_at(pose) {
-                    *self = Self::Moving(*motion);
-                    return Refusal::None;
-                }
-                Refusal::OriginMismatch
+            (Self::Holding { pose }, Order::Start(motion)) if motion.starts_at(pose) => {
+                *self = Self::Moving(motion.begun());
             }
-            (Self::Moving(_), Order::Start(_)) => Refusal::Busy,
-            (_, Order::Arm | Order::Start(_)) => Refusal::WrongMode,
-        };
-        self.advance(timing, events);
-        refusal
+            (Self::Holding { .. }, Order::Start(_)) => return Err(Refusal::OriginMismatch),
+            (Self::Moving(_), Order::Start(_)) => return Err(Refusal::Busy),
+            (_, Order::Arm | Order::Start(_)) => return Err(Refusal::WrongMode),
+        }
+        Ok(())
     }
 
     /// One tick on without an order.

@@ -139,10 +139,23 @@ impl Planner {
             trajectory: *trajectory,
             amplitude,
             phase: 0,
-            phase_step_q63: (1 << 63) / u64::from(ticks.get()),
+            phase_step_q63: reciprocal_q63(ticks),
             rate,
         })
     }
+}
+
+/// 2⁶³ / `n` rounded down, for n below 2²⁴: long division by bytes, as there is no 64-bit one in hardware.
+fn reciprocal_q63(n: NonZeroU32) -> u64 {
+    const HIGH: u32 = 1 << 31;
+    let mut quotient = u64::from(HIGH / n);
+    let mut remainder = HIGH % n;
+    for _ in 0..4 {
+        remainder <<= 8;
+        quotient = quotient << 8 | u64::from(remainder / n);
+        remainder %= n;
+    }
+    quotient
 }
 
 impl Motion {
@@ -150,8 +163,14 @@ impl Motion {
     #[inline(always)]
     pub fn starts_at(&self, from: &[u32; JOINTS]) -> bool {
         self.trajectory.origin_q6.iter().zip(from).all(|(origin, from)| {
-            (origin.wrapping_sub(*from) as i32).unsigned_abs() <= ORIGIN_TOLERANCE
+            origin.wrapping_sub(*from).wrapping_add(ORIGIN_TOLERANCE) <= 2 * ORIGIN_TOLERANCE
         })
+    }
+
+    /// The motion at its start. Field by field: a whole copy would go through a memory routine.
+    #[inline(always)]
+    pub fn begun(&self) -> Self {
+        Self { phase: 0, ..*self }
     }
 
     /// Whether the end has been reached.

@@ -130,6 +130,9 @@ impl<'a> Session<'a> {
             (bench.drive_commands(), bench.outputs.brake_release)
         };
         self.torque = std::array::from_fn(|j| fractions[j] * self.arm.drive_full_scale[j]);
+        if self.last.mode == Mode::Boot as u8 && record.mode != Mode::Boot as u8 {
+            self.spoil_bus();
+        }
         if record.mode == Mode::Moving as u8 {
             self.judge(&record, dt_s);
             self.pick_up(record.phase, dt_s);
@@ -140,6 +143,14 @@ impl<'a> Session<'a> {
         self.bench.borrow_mut().advance(dt_s, sensed);
         self.last = record;
         self.ticks += 1;
+    }
+
+    /// Converters are configured: from now on the bus may err.
+    fn spoil_bus(&mut self) {
+        let error_share = self.scenario.bus.error_share;
+        if error_share > 0.0 {
+            self.bench.borrow_mut().make_noisy(error_share, self.scenario.seed);
+        }
     }
 
     /// Attaches the payload when its time has come.

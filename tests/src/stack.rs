@@ -45,6 +45,15 @@ pub fn nested_bytes(thread: &Bound, exceptions: &[&Bound]) -> u32 {
     thread.bytes + exceptions.iter().map(|e| e.bytes + EXCEPTION_FRAME_BYTES).sum::<u32>()
 }
 
+/// Start addresses of all functions that the one at `root` can reach, itself included.
+pub fn reachable(image: &Image, root: u32, indirect: IndirectCalls) -> Result<Vec<u32>, String> {
+    let mut walk = Walk { image, indirect, done: HashMap::new(), open: Vec::new() };
+    walk.bound(root)?;
+    let mut found: Vec<u32> = walk.done.into_keys().collect();
+    found.sort_unstable();
+    Ok(found)
+}
+
 struct Walk<'a> {
     image: &'a Image,
     indirect: IndirectCalls<'a>,

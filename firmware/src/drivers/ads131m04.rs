@@ -122,7 +122,13 @@ impl Ads131m04 {
         self.status
     }
 
+    /// Conversions of the last good sample.
+    pub fn codes(&self) -> [i32; 4] {
+        self.codes
+    }
+
     /// Sends one frame of the boot; ten calls, at no more than 10 kHz so that the filter settles.
+    #[inline(never)]
     pub fn boot_step(&mut self, spi: &mut impl SpiDevice) -> Progress {
         let (Progress::Busy, Some(step)) = (self.progress, BOOT.get(self.turn)) else {
             return self.progress;
@@ -148,6 +154,7 @@ impl Ads131m04 {
     /// (their noise makes that a repeated frame), or if the filters were restarted; `Device` if the
     /// device was reset, unlocked, or read back another configuration three times in a row; `Framing`
     /// if a frame went missing between the two or the word length changed.
+    #[inline(always)]
     pub fn sample(&mut self, spi: &mut impl SpiDevice) -> Result<Sample, SampleError> {
         let mut older = [0; FRAME_BYTES];
         spi.transfer(&mut older, &NULL).map_err(|_| SampleError::Bus)?;
@@ -178,6 +185,7 @@ impl Ads131m04 {
 
     /// Tells what an unexpected answer means; `Ok` says whether a command was refused.
     #[cold]
+    #[inline(never)]
     fn diagnose(
         &mut self,
         older: &[u8; FRAME_BYTES],

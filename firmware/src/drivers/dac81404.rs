@@ -5,7 +5,8 @@
 
 use embedded_hal::spi::SpiDevice;
 use shared::wire::dac81404::{
-    ALL_CHANNELS, Answer, CHANNELS, Frame, MID_SCALE, RANGE_10_V, register, spiconfig, trigger,
+    ALL_CHANNELS, Answer, CHANNELS, Frame, MID_SCALE, RANGE_10_V, is_echo, register, spiconfig,
+    trigger,
 };
 
 use super::Progress;
@@ -17,7 +18,7 @@ pub struct Acknowledge {
     pub accepted: bool,
     /// Status register at the end of the previous write; bits in [`shared::wire::dac81404::status`].
     ///
-    /// `None` where no valid answer came. A device that was reset in between falls back to frames without
+    /// `None` where no valid answer came or the bus failed. A device that was reset in between falls back to frames without
     /// CRC and may still echo codes; only this answer's missing CRC tells it.
     pub status: Option<u16>,
 }
@@ -99,22 +100,29 @@ impl Dac81404 {
     /// The outputs follow at the next falling edge of LDAC, which must come only if the codes were accepted
     /// and at least 80 ns after the last frame (SLASEH2A Section 7.6). Before [`Progress::Ready`] nothing
     /// is sent.
+    #[inline(always)]
     pub fn write<S: SpiDevice>(&mut self, spi: &mut S, codes: [u16; CHANNELS]) -> Acknowledge {
         if self.state != State::Ready {
             return Acknowledge::default();
         }
         let [a, b, c, d] = codes;
-        let a = Frame::write(register::DACA, a);
-        let b = Frame::write(register::DACB, b);
-        let c = Frame::write(register::DACC, c);
-        let d = Frame::write(register::DACD, d);
-        let status = exchange(spi, &a).and_then(|answer| content(answer, register::STATUS));
+        let a = Frame::write(register::DACA, a).to_bytes();
+        let b = Frame::write(register::DACB, b).to_bytes();
+        let c = Frame::write(register::DACC, c).to_bytes();
+        let d = Frame::write(register::DACD, d).to_bytes();
+        let mut frames = [a, b, c, d, const { Frame::read(register::STATUS).to_bytes() }];
+        let mut exchanged = true;
         // No short cut: the bus schedule stays the same whatever the device answers.
-        let accepted = is_echoed(spi, &b, &a)
-            & is_echoed(spi, &c, &b)
-            & is_echoed(spi, &d, &c)
-            & is_echoed(spi, &Frame::read(register::STATUS), &d);
-        Acknowledge { accepted, status }
+        for frame in &mut frames {
+            exchanged &= spi.transfer_in_place(frame).is_ok();
+        }
+        if !exchanged {
+            return Acknowledge::default();
+        }
+        let [status, echo_a, echo_b, echo_c, echo_d] = frames;
+        let accepted =
+            is_echo(a, echo_a) & is_echo(b, echo_b) & is_echo(c, echo_c) & is_echo(d, echo_d);
+        Acknowledge { accepted, status: content(status, register::STATUS) }
     }
 }
 

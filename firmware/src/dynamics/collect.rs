@@ -55,6 +55,7 @@ struct Moments {
 }
 
 impl Moments {
+    #[inline(never)]
     fn of(body: &Body) -> Self {
         let m = body.mass_kg;
         let [x, y, z] = body.com_m;
@@ -71,6 +72,7 @@ impl Moments {
         }
     }
 
+    #[inline(never)]
     fn plus(&self, other: &Self) -> Self {
         let add = |a: [f32; 3], b: [f32; 3]| [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
         Self {
@@ -82,6 +84,7 @@ impl Moments {
     }
 
     /// The same body about an origin moved so that every point gains `by`.
+    #[inline(never)]
     fn moved(&self, by: [f32; 3]) -> Self {
         let [x, y, z] = self.first;
         let m = self.m;

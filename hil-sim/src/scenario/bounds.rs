@@ -110,6 +110,7 @@ bounds! {
         "positions are kept as 26-bit counts, which a finer scale would leave";
     SKEW_S: "encoders.skew_s", Real, 0.0, 15e-6, "s",
         "the fourth latch must fall into the first half of the shortest tick, 125 us";
+    ERROR_SHARE: "bus.error_share", Real, 0.0, 1.0, "", "it is a share of the frames";
     K1: "controller.k1", Real, 10.0, 500.0, "1/s", "";
     K2: "controller.k2", Real, 10.0, 500.0, "1/s", "";
     KP: "controller.kp", Real, 10.0, 40_000.0, "1/s²", "";

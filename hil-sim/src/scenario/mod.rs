@@ -45,6 +45,8 @@ pub struct Scenario {
     pub plant: Plant,
     /// Resolution and timing of the encoders.
     pub encoders: Encoders,
+    /// Quality of the bus.
+    pub bus: Bus,
     /// Law and gains.
     pub controller: Controller,
     /// Limits on the metrics.
@@ -115,6 +117,13 @@ pub struct Encoders {
     pub skew_s: f64,
 }
 
+/// Quality of the bus.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bus {
+    /// Share of the answers to the controller in which one bit is flipped, from the end of boot on.
+    pub error_share: f64,
+}
+
 /// Law and gains.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Controller {
@@ -143,8 +152,8 @@ macro_rules! shipped {
 }
 
 /// Name and text of each scenario inside the program.
-const SHIPPED: [(&str, &str); 4] =
-    shipped!["paper", "velocity-mismatch", "payload", "coarse-encoders"];
+const SHIPPED: [(&str, &str); 5] =
+    shipped!["paper", "velocity-mismatch", "payload", "coarse-encoders", "noisy-bus"];
 
 /// How alike two names must be (Jaro-Winkler) before one is offered for the other.
 const LIKENESS: f64 = 0.8;

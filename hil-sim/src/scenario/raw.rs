@@ -20,6 +20,7 @@ pub(super) struct Raw {
     pub model: RawModel,
     pub plant: RawPlant,
     pub encoders: RawEncoders,
+    pub bus: RawBus,
     pub controller: RawController,
     pub accept: RawAccept,
 }
@@ -62,6 +63,12 @@ pub(super) struct RawEncoders {
     pub rotary_bits: Leaf,
     pub linear_lsb_m: Leaf,
     pub skew_s: Leaf,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default, deny_unknown_fields, expecting = "a table")]
+pub(super) struct RawBus {
+    pub error_share: Leaf,
 }
 
 #[derive(Default, Deserialize)]

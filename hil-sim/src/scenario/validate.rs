@@ -11,7 +11,7 @@ use super::raw::{
     RawProfile, RawTrajectory,
 };
 use super::read::names;
-use super::{Controller, Disturbance, Encoders, Model, Motion, Payload, Plant, Scenario};
+use super::{Bus, Controller, Disturbance, Encoders, Model, Motion, Payload, Plant, Scenario};
 use crate::outcome::{Adaptation, Law};
 
 type Checked<T> = Result<T, ScenarioError>;
@@ -32,6 +32,7 @@ impl Source<'_> {
             model: self.model(&raw.model)?,
             plant: self.plant(&raw.plant, duration_s)?,
             encoders: self.encoders(&raw.encoders)?,
+            bus: Bus { error_share: self.number(&raw.bus.error_share, &bounds::ERROR_SHARE, 0.0)? },
             controller: self.controller(&raw.controller)?,
             accept: self.accept(&raw.accept)?,
         })

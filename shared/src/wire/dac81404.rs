@@ -124,13 +124,14 @@ impl Frame {
     }
 
     /// The 24-bit frame that the device expects while CRC-EN is clear (SLASEH2A Table 8-2).
-    pub fn to_bytes_without_crc(&self) -> [u8; 3] {
+    pub const fn to_bytes_without_crc(&self) -> [u8; 3] {
         let [high, low] = self.data.to_be_bytes();
-        [u8::from(self.read) << 7 | self.address & ADDRESS, high, low]
+        [(self.read as u8) << 7 | self.address & ADDRESS, high, low]
     }
 
     /// The 32-bit frame that the device expects while CRC-EN is set.
-    pub fn to_bytes(&self) -> [u8; 4] {
+    #[inline(always)]
+    pub const fn to_bytes(&self) -> [u8; 4] {
         append_crc(self.to_bytes_without_crc())
     }
 
@@ -149,20 +150,25 @@ impl Frame {
         crc_fits(bytes).then(|| Self::from_bytes_without_crc([head, high, low]))
     }
 
-    /// Whether `answer`, shifted out during the next frame, says that the device took this write.
-    ///
-    /// Address and data must be echoed and the CRC-error bit be clear. R/W and CRC of the echo are not
-    /// looked at: every other bit is known beforehand, and a DAC81416 was seen to send a wrong CRC with the
-    /// echo of a write, while its CRC was right with a read (TI E2E thread 1021390).
+    /// Whether `answer`, shifted out during the next frame, says that the device took this write;
+    /// see [`is_echo`].
     pub fn is_echoed_by(&self, answer: [u8; 4]) -> bool {
-        let [high, low] = self.data.to_be_bytes();
-        let sent = u32::from_be_bytes([self.address & ADDRESS, high, low, 0]);
-        (u32::from_be_bytes(answer) ^ sent) & ECHOED == 0
+        is_echo(self.to_bytes(), answer)
     }
 }
 
-/// Bits of an answer that [`Frame::is_echoed_by`] compares: CRC-ERROR, address and data.
-const ECHOED: u32 = 0x7FFF_FF00;
+/// Whether `answer`, shifted out during the frame after `sent`, says that the device took that write.
+///
+/// Address and data must be echoed and the CRC-error bit be clear. R/W and CRC of the echo are not
+/// looked at: every other bit is known beforehand, and a DAC81416 was seen to send a wrong CRC with the
+/// echo of a write, while its CRC was right with a read (TI E2E thread 1021390).
+pub const fn is_echo(sent: [u8; 4], answer: [u8; 4]) -> bool {
+    // Native order: no byte has to move.
+    (u32::from_ne_bytes(sent) ^ u32::from_ne_bytes(answer)) & ECHOED == 0
+}
+
+/// Bits of an answer that [`is_echo`] compares: CRC-ERROR (zero in what is sent), address and data.
+const ECHOED: u32 = u32::from_ne_bytes([!READ, 0xFF, 0xFF, 0]);
 
 /// What the device answers during the next frame (SLASEO0B Tables 8-5 and 8-6).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -203,9 +209,12 @@ impl Answer {
     }
 }
 
-fn append_crc(payload: [u8; 3]) -> [u8; 4] {
+/// Put together as one word: bytes placed one by one cost more.
+#[inline(always)]
+const fn append_crc(payload: [u8; 3]) -> [u8; 4] {
     let [head, high, low] = payload;
-    [head, high, low, CRC.checksum(&payload)]
+    let crc = CRC.checksum(&payload);
+    ((head as u32) << 24 | (high as u32) << 16 | (low as u32) << 8 | crc as u32).to_be_bytes()
 }
 
 fn crc_fits([head, high, low, crc]: [u8; 4]) -> bool {

@@ -153,15 +153,40 @@ pub fn send_record(record: &Record) {
     });
 }
 
+/// One chip-select frame; what is sent and what comes back have the same length.
 #[inline(never)]
 #[unsafe(link_section = ".text.link")]
-fn transfer(device: u8, mosi: &[u8], miso: &mut [u8]) {
+fn transfer(device: u8, mosi: &[u8], miso: &mut [u8]) -> Result<(), spi::ErrorKind> {
+    if mosi.len() != miso.len() || mosi.len() > TRANSFER_MAX {
+        return Err(spi::ErrorKind::Overrun);
+    }
     with(|link| {
         link.post(&[pil::TAG_TRANSFER, device, mosi.len() as u8]);
         link.post(mosi);
         link.flush();
         link.read(miso);
     });
+    Ok(())
+}
+
+/// As [`transfer`], sending zeros.
+#[inline(never)]
+#[unsafe(link_section = ".text.link")]
+fn read(device: u8, miso: &mut [u8]) -> Result<(), spi::ErrorKind> {
+    let zeros = [0; TRANSFER_MAX];
+    transfer(device, zeros.get(..miso.len()).ok_or(spi::ErrorKind::Overrun)?, miso)
+}
+
+/// As [`transfer`], with what comes back in the place of what is sent.
+#[inline(never)]
+#[unsafe(link_section = ".text.link")]
+fn transfer_in_place(device: u8, data: &mut [u8]) -> Result<(), spi::ErrorKind> {
+    let mut buffer = [0; TRANSFER_MAX];
+    let sent = buffer.get_mut(..data.len()).ok_or(spi::ErrorKind::Overrun)?;
+    for (slot, byte) in sent.iter_mut().zip(data.iter()) {
+        *slot = *byte;
+    }
+    transfer(device, sent, data)
 }
 
 #[inline(never)]
@@ -183,6 +208,7 @@ impl spi::ErrorType for Tunnel {
     type Error = spi::ErrorKind;
 }
 
+/// The drivers' calls are passed on directly, as a peripheral's driver would.
 impl SpiDevice for Tunnel {
     /// Each operation is a chip-select frame of its own: the drivers use one a transaction.
     #[inline(always)]
@@ -192,34 +218,37 @@ impl SpiDevice for Tunnel {
         }
         Ok(())
     }
+
+    #[inline(always)]
+    fn read(&mut self, buf: &mut [u8]) -> Result<(), Self::Error> {
+        read(self.0, buf)
+    }
+
+    #[inline(always)]
+    fn transfer(&mut self, read: &mut [u8], write: &[u8]) -> Result<(), Self::Error> {
+        transfer(self.0, write, read)
+    }
+
+    #[inline(always)]
+    fn transfer_in_place(&mut self, buf: &mut [u8]) -> Result<(), Self::Error> {
+        transfer_in_place(self.0, buf)
+    }
 }
 
 #[inline(never)]
 #[unsafe(link_section = ".text.link")]
 fn exchange(device: u8, operation: &mut Operation<'_, u8>) -> Result<(), spi::ErrorKind> {
-    let mut buffer = [0; TRANSFER_MAX];
     match operation {
-        Operation::Read(read) => {
-            let zeros = buffer.get(..read.len()).ok_or(spi::ErrorKind::Overrun)?;
-            transfer(device, zeros, read);
-        }
+        Operation::Read(data) => read(device, data),
         Operation::Write(write) => {
+            let mut buffer = [0; TRANSFER_MAX];
             let ignored = buffer.get_mut(..write.len()).ok_or(spi::ErrorKind::Overrun)?;
-            transfer(device, write, ignored);
+            transfer(device, write, ignored)
         }
-        Operation::Transfer(read, write) if read.len() == write.len() => {
-            transfer(device, write, read);
-        }
-        Operation::TransferInPlace(data) => {
-            let sent = buffer.get_mut(..data.len()).ok_or(spi::ErrorKind::Overrun)?;
-            for (slot, byte) in sent.iter_mut().zip(data.iter()) {
-                *slot = *byte;
-            }
-            transfer(device, sent, data);
-        }
-        Operation::Transfer(..) | Operation::DelayNs(_) => return Err(spi::ErrorKind::Other),
+        Operation::Transfer(read, write) => transfer(device, write, read),
+        Operation::TransferInPlace(data) => transfer_in_place(device, data),
+        Operation::DelayNs(_) => Err(spi::ErrorKind::Other),
     }
-    Ok(())
 }
 
 /// A tunnelled output pin.

@@ -16,10 +16,21 @@ use firmware::config::Config;
 use firmware::executive::{Executive, RecordSink, TickInput};
 use firmware::io::{Inputs, Io, Outputs};
 use firmware::trajectory::Planner;
-use heapless::spsc::Queue;
+use heapless::Deque;
 use link::{Level, Line, Tunnel};
 use shared::pil;
 use shared::telemetry::Record;
+
+/// Vectors of the device's interrupts, in place of 240 default ones: none is enabled, but the linker script
+/// wants at least one.
+#[unsafe(link_section = ".vector_table.interrupts")]
+#[unsafe(no_mangle)]
+pub static __INTERRUPTS: [unsafe extern "C" fn(); 1] = {
+    unsafe extern "C" {
+        fn DefaultHandler();
+    }
+    [DefaultHandler]
+};
 
 /// SysTick clock of the board, Hz (Arm DAI0386).
 const CLOCK_HZ: u32 = 25_000_000;
@@ -41,8 +52,8 @@ static PLANNER: Owned<MaybeUninit<Planner>> = Owned(UnsafeCell::new(MaybeUninit:
 /// Comes from the harness; kept off the stack.
 static CONFIG: Owned<Config> = Owned(UnsafeCell::new(bytemuck::zeroed()));
 
-/// From tick to idle. The length is a power of two that the compiler sees, so the queue divides nothing.
-static RECORDS: Owned<Queue<Record, 4>> = Owned(UnsafeCell::new(Queue::new()));
+/// From tick to idle, which masks the tick: unlike a lock-free queue's, its memory needs no barriers.
+static RECORDS: Owned<Deque<Record, 3>> = Owned(UnsafeCell::new(Deque::new()));
 
 /// The tick's end of [`RECORDS`].
 struct Records;
@@ -51,7 +62,7 @@ impl RecordSink for Records {
     #[inline(always)]
     fn push(&mut self, record: Record) -> bool {
         // SAFETY: only SysTick pushes, and idle takes with SysTick masked.
-        unsafe { &mut *RECORDS.0.get() }.enqueue(record).is_ok()
+        unsafe { &mut *RECORDS.0.get() }.push_back(record).is_ok()
     }
 }
 
@@ -72,7 +83,7 @@ fn main() -> ! {
     }
     loop {
         // SAFETY: SysTick, the only other user, is masked.
-        let record = cortex_m::interrupt::free(|_| unsafe { &mut *RECORDS.0.get() }.dequeue());
+        let record = cortex_m::interrupt::free(|_| unsafe { &mut *RECORDS.0.get() }.pop_front());
         match record {
             Some(record) => link::send_record(&record),
             None => cortex_m::asm::wfi(),
