@@ -15,7 +15,16 @@ use crate::trace::{self, Request, Trace};
 /// Stages of a tick, by the functions that they consist of.
 pub const STAGES: &[Stage] = &[
     ("link", &["mps2_an386::link::"]),
-    ("read and decode", &["drivers::encoder::", "Ads131m04", "Executive<S,O,I>::count"]),
+    (
+        "read and decode",
+        &[
+            "drivers::encoder::",
+            "Ads131m04",
+            "Executive<S,O,I>::sample",
+            "Executive<S,O,I>::miss",
+            "Executive<S,O,I>::regain",
+        ],
+    ),
     ("estimate", &["estimator::", "Executive<S,O,I>::state"]),
     ("trajectory", &["trajectory::", "Mode::set_point"]),
     ("kinematics and dynamics", &["firmware::dynamics::"]),

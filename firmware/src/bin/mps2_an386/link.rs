@@ -58,7 +58,7 @@ fn open_one(name: &'static [u8], mode: usize) -> usize {
     unsafe { syscall!(OPEN, name.as_ptr(), mode, name.len() - 1) }
 }
 
-fn write(handle: usize, bytes: &[u8]) {
+fn put(handle: usize, bytes: &[u8]) {
     // SAFETY: SYS_WRITE takes handle, address and length; it returns what was not written.
     if unsafe { syscall!(WRITE, handle, bytes.as_ptr(), bytes.len()) } != 0 {
         give_up();
@@ -79,13 +79,13 @@ impl Link {
         if self.pending.extend_from_slice(bytes).is_err() {
             self.flush();
             if self.pending.extend_from_slice(bytes).is_err() {
-                write(self.to_harness, bytes);
+                put(self.to_harness, bytes);
             }
         }
     }
 
     fn flush(&mut self) {
-        write(self.to_harness, &self.pending);
+        put(self.to_harness, &self.pending);
         self.pending.clear();
     }
 
@@ -134,7 +134,7 @@ pub fn send_coefficients(bytes: &[u8]) {
     with(|link| {
         link.post(&[pil::TAG_COEFFICIENTS, low, high]);
         link.flush();
-        write(link.to_harness, bytes);
+        put(link.to_harness, bytes);
     });
 }
 
@@ -148,13 +148,13 @@ pub fn send_refusal() {
 
 fn send_stack(used_bytes: u16) {
     let [low, high] = used_bytes.to_le_bytes();
-    with(|link| write(link.to_harness, &[pil::TAG_STACK, low, high]));
+    with(|link| put(link.to_harness, &[pil::TAG_STACK, low, high]));
 }
 
 /// Ends the emulation with what the fault status register says; what was collected is lost.
 pub fn report_fault(status: u32) -> ! {
     let [a, b, c, d] = status.to_le_bytes();
-    with(|link| write(link.to_harness, &[pil::TAG_FAULT, a, b, c, d]));
+    with(|link| put(link.to_harness, &[pil::TAG_FAULT, a, b, c, d]));
     give_up()
 }
 
