@@ -7,7 +7,7 @@ use core::cell::UnsafeCell;
 
 use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
 use cortex_m_semihosting::syscall;
-use embedded_hal::digital::{self, InputPin, OutputPin};
+use embedded_hal::digital::{self, InputPin, OutputPin, PinState};
 use embedded_hal::spi::{self, Operation, SpiDevice};
 use heapless::Vec;
 use shared::command::Command;
@@ -280,13 +280,17 @@ impl digital::ErrorType for Line {
 impl OutputPin for Line {
     #[inline(always)]
     fn set_low(&mut self) -> Result<(), Self::Error> {
-        post_pin(self.0, false);
-        Ok(())
+        self.set_state(PinState::Low)
     }
 
     #[inline(always)]
     fn set_high(&mut self) -> Result<(), Self::Error> {
-        post_pin(self.0, true);
+        self.set_state(PinState::High)
+    }
+
+    #[inline(always)]
+    fn set_state(&mut self, state: PinState) -> Result<(), Self::Error> {
+        post_pin(self.0, state == PinState::High);
         Ok(())
     }
 }
