@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use firmware::config::Config;
+use firmware::estimator::Observer;
 use firmware::mode::{Events, Mode, Timing};
 use firmware::trajectory::{Motion, Order, Planner, SetPoint};
 use proptest::prelude::*;
@@ -61,14 +62,8 @@ fn start(trajectory: &Trajectory) -> Result<Motion, Refusal> {
 }
 
 /// A healthy arm that is told `order`.
-fn told(order: &Order) -> Events<'_> {
-    Events {
-        order: Some(order),
-        pose: origin(),
-        ready: true,
-        brakes_open: true,
-        fault: Fault::None,
-    }
+fn told<'a>(order: &'a Order, observers: &'a [Observer; JOINTS]) -> Events<'a> {
+    Events { order: Some(order), observers, ready: true, brakes_open: true, fault: Fault::None }
 }
 
 /// Every set-point from phase 0 to the end.
@@ -241,7 +236,8 @@ fn every_bit_pattern_is_refused_or_stays_in_range() {
 fn a_second_trajectory_is_busy_and_the_first_goes_on() {
     let timing = timing();
     let order = order(&path(Profile::Quintic, 10.0, LIFT));
-    let events = told(&order);
+    let observers = [Observer::default(); JOINTS];
+    let events = told(&order, &observers);
     let mut mode = Mode::Holding { pose: origin() };
     assert_eq!((mode.step(&timing, &events), mode.phase()), (Refusal::None, 0));
     let mut quiet = mode;
@@ -253,8 +249,9 @@ fn a_second_trajectory_is_busy_and_the_first_goes_on() {
 #[test]
 fn a_refused_trajectory_leaves_the_pose_held() {
     let order = order(&path(Profile::Quintic, 1.0, LIFT));
+    let observers = [Observer::default(); JOINTS];
     let holding = Mode::Holding { pose: origin() };
     let mut mode = holding;
-    assert_eq!(mode.step(&timing(), &told(&order)), Refusal::TooFast);
+    assert_eq!(mode.step(&timing(), &told(&order, &observers)), Refusal::TooFast);
     assert_eq!(mode, holding);
 }

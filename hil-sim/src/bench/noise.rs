@@ -23,7 +23,7 @@ impl Noise {
         let hit = (draw >> 32) as f64 / 4_294_967_296.0 < self.error_share;
         let bits = 8 * miso.len() as u64;
         if hit && bits > 0 {
-            let bit = (draw & 0xFFFF_FFFF) * bits >> 32;
+            let bit = ((draw & 0xFFFF_FFFF) * bits) >> 32;
             miso[(bit / 8) as usize] ^= 1 << (bit % 8);
         }
     }
