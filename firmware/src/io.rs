@@ -1,9 +1,10 @@
-//! The controller's connections: seven SPI devices, its output pins and its input pins.
+//! The controller's connections: six SPI devices, its output pins and its input pins.
 
 use embedded_hal::digital::{InputPin, OutputPin, PinState};
 use shared::arm::JOINTS;
 
-/// Output pins. Pull resistors hold all of them low, which is off, from reset to the first tick.
+/// Output pins. Pull resistors hold all but LDAC low, which is off, from reset to the first tick; LDAC
+/// may rest at either level.
 #[derive(Debug)]
 pub struct Outputs<O> {
     /// Updates the DAC's outputs on its falling edge.

@@ -287,3 +287,16 @@ fn half_sine(x_q32: u32) -> Shape {
 
 /// 1 with 31 fractional bits; the cast saturates.
 const S_ONE: f32 = 2_147_483_648.0;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_reciprocal_is_the_quotient() {
+        let all = (1..5_000).chain((5_000..=DURATION_MAX.get()).step_by(997));
+        for n in all.filter_map(NonZeroU32::new) {
+            assert_eq!(reciprocal_q63(n), (1 << 63) / u64::from(n.get()), "{n}");
+        }
+    }
+}
