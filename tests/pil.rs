@@ -73,6 +73,17 @@ fn a_payload_agrees() {
     agrees("payload", CONTROLLERS[0]);
 }
 
+/// Flipped bits take the same way through both builds: refused samples, and the stop where there are too many.
+#[test]
+fn a_faulted_bus_agrees() {
+    agrees("noisy-bus", CONTROLLERS[0]);
+    let mut scenario = load("noisy-bus", CONTROLLERS[0]);
+    scenario.bus.error_share = 0.4;
+    let verdict = compared(&scenario, &image().path);
+    assert_eq!(verdict.difference, None);
+    assert_eq!(verdict.outcome.mode, "Safe");
+}
+
 #[test]
 fn coefficients_agree_for_every_scenario_and_controller() {
     let image = image();
