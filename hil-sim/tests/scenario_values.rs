@@ -3,7 +3,8 @@
 use hil_sim::scenario::bounds::{ALL, Bounds, Kind};
 use hil_sim::scenario::{Scenario, ScenarioError};
 
-const SHIPPED: [&str; 4] = ["paper", "velocity-mismatch", "payload", "coarse-encoders"];
+const SHIPPED: [&str; 5] =
+    ["paper", "velocity-mismatch", "payload", "coarse-encoders", "noisy-bus"];
 
 /// A minimal scenario with lines before and after its trajectory's table.
 fn with(top: &str, end: &str) -> String {
