@@ -11,7 +11,8 @@ use proptest::prelude::*;
 
 const SUMMARY: &str = "summary = \"a test\"\n";
 const TRAJECTORY: &str = "\n[trajectory]\nprofile = \"quintic\"\namplitude = [0, 0, 0.2, -0.5]\n";
-const SHIPPED: [&str; 4] = ["paper", "velocity-mismatch", "payload", "coarse-encoders"];
+const SHIPPED: [&str; 5] =
+    ["paper", "velocity-mismatch", "payload", "coarse-encoders", "noisy-bus"];
 
 /// The error as a terminal of 100 columns without colour shows it.
 fn rendered(error: &ScenarioError) -> String {

@@ -35,6 +35,7 @@ fn every_shipped_scenario_keeps_its_bounds() {
         ("velocity-mismatch", 1e-6, 1e-3),
         ("payload", 2e-6, 1e-3),
         ("coarse-encoders", 6e-6, 3e-5),
+        ("noisy-bus", 3.2e-7, 2e-6),
     ];
     let shipped: Vec<&str> = Scenario::shipped().map(|(name, _)| name).collect();
     assert_eq!(shipped, bounds.map(|(name, _, _)| name));
