@@ -13,6 +13,7 @@ use super::raw::{
 use super::read::names;
 use super::{Bus, Controller, Disturbance, Encoders, Model, Motion, Payload, Plant, Scenario};
 use crate::outcome::{Adaptation, Law};
+use crate::plant;
 
 type Checked<T> = Result<T, ScenarioError>;
 
@@ -66,10 +67,9 @@ impl Source<'_> {
     }
 
     fn plant(&self, raw: &RawPlant, duration_s: f64) -> Checked<Plant> {
-        let friction = [200.0, 200.0, 200.0, 100.0];
         Ok(Plant {
             payload: raw.payload.as_ref().map(|raw| self.payload(raw, duration_s)).transpose()?,
-            friction: self.four(&raw.friction, &[bounds::FRICTION; JOINTS], friction)?,
+            friction: self.four(&raw.friction, &[bounds::FRICTION; JOINTS], plant::FRICTION)?,
             disturbance: self.disturbance(&raw.disturbance)?,
             substeps: self.number(&raw.substeps, &bounds::SUBSTEPS, 1.0)? as u32,
         })
@@ -96,8 +96,7 @@ impl Source<'_> {
                 _ => Err(self.error(&at, message(), label(), "")),
             };
         }
-        let default = [0.8147, 0.9058, 0.1270, 0.9134];
-        self.four(leaf, &[bounds::DISTURBANCE; JOINTS], default).map(Disturbance::Fixed)
+        self.four(leaf, &[bounds::DISTURBANCE; JOINTS], plant::RATIOS).map(Disturbance::Fixed)
     }
 
     fn encoders(&self, raw: &RawEncoders) -> Checked<Encoders> {
