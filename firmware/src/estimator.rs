@@ -13,14 +13,28 @@ pub const FRACTION_BITS: u32 = 6;
 /// Weight of one position word step, counts.
 pub(crate) const STEP: f32 = 1.0 / (1 << FRACTION_BITS) as f32;
 
-/// Coefficients of one joint's observer and scales.
+/// Innovation gains, the same for all joints.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct Coefficients {
-    /// Innovation gain of the position.
+pub struct Gains {
+    /// On the position.
     l1: f32,
-    /// Innovation gain of the velocity, per tick.
+    /// On the velocity, per tick.
     l2: f32,
+}
+
+impl Gains {
+    /// Critically damped: both discrete poles at exp(-omega / tick_hz).
+    pub fn new(omega_rad_s: f32, tick_hz: f32) -> Self {
+        let pole = libm::expf(-omega_rad_s / tick_hz);
+        Self { l1: 1.0 - pole * pole, l2: (1.0 - pole) * (1.0 - pole) }
+    }
+}
+
+/// One joint's encoder in SI units.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Scale {
     /// Latch instant after the tick instant, ticks.
     latch_offset: f32,
     /// Position word step, rad or m.
@@ -31,14 +45,11 @@ pub struct Coefficients {
     rate: f32,
 }
 
-impl Coefficients {
-    /// Critically damped: both discrete poles at exp(-omega / tick_hz).
-    pub fn new(joint: &Joint, omega_rad_s: f32, tick_hz: f32) -> Self {
-        let pole = libm::expf(-omega_rad_s / tick_hz);
+impl Scale {
+    /// Scale of `joint` at `tick_hz`.
+    pub fn new(joint: &Joint, tick_hz: f32) -> Self {
         let step = joint.encoder_lsb * STEP;
         Self {
-            l1: 1.0 - pole * pole,
-            l2: (1.0 - pole) * (1.0 - pole),
             latch_offset: joint.latch_offset_s * tick_hz,
             step,
             zero: joint.encoder_zero,
@@ -48,12 +59,13 @@ impl Coefficients {
 }
 
 /// State of one joint's observer.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Observer {
     /// Position word at the tick instant.
     pub position: u32,
     /// Velocity in word steps a tick.
-    velocity: f32,
+    pub velocity: f32,
 }
 
 impl Observer {
@@ -62,29 +74,41 @@ impl Observer {
         Self { position: code << FRACTION_BITS, velocity: 0.0 }
     }
 
-    /// Advances by one tick and corrects with the sample, if there is one.
+    /// Advances by one tick and corrects with the sample.
     ///
     /// The sample was latched `latch_offset` after the tick instant; the velocity carries it back.
     #[inline(always)]
-    pub fn update(&mut self, c: &Coefficients, code: Option<u32>) {
+    pub fn update(&mut self, gains: &Gains, scale: &Scale, code: u32) {
         self.position = self.position.wrapping_add_signed(round_to_i32(self.velocity));
-        if let Some(code) = code {
-            let difference = (code << FRACTION_BITS).wrapping_sub(self.position) as i32;
-            let innovation = difference as f32 - self.velocity * c.latch_offset;
-            self.position = self.position.wrapping_add_signed(round_to_i32(c.l1 * innovation));
-            self.velocity += c.l2 * innovation;
-        }
+        self.correct(gains, scale, code);
+    }
+
+    /// The correction alone.
+    #[inline(always)]
+    pub fn correct(&mut self, gains: &Gains, scale: &Scale, code: u32) {
+        let difference = (code << FRACTION_BITS).wrapping_sub(self.position) as i32;
+        let innovation = difference as f32 - self.velocity * scale.latch_offset;
+        self.position = self.position.wrapping_add_signed(round_to_i32(gains.l1 * innovation));
+        self.velocity += gains.l2 * innovation;
+    }
+
+    /// Advances by `ticks` without a sample, at the acceleration that the model expects, word steps a tick².
+    pub fn coast(&mut self, ticks: f32, acceleration: f32) {
+        self.velocity += acceleration * ticks;
+        let way = self.velocity * ticks;
+        let half = if way < 0.0 { -0.5 } else { 0.5 };
+        self.position = self.position.wrapping_add_signed((way + half) as i32);
     }
 
     /// Velocity, rad/s or m/s.
     #[inline(always)]
-    pub fn velocity(&self, c: &Coefficients) -> f32 {
-        self.velocity * c.rate
+    pub fn velocity(&self, scale: &Scale) -> f32 {
+        self.velocity * scale.rate
     }
 
     /// Position rounded to `f32`, for the dynamics, rad or m.
     #[inline(always)]
-    pub fn position(&self, c: &Coefficients) -> f32 {
-        self.position as f32 * c.step + c.zero
+    pub fn position(&self, scale: &Scale) -> f32 {
+        self.position as f32 * scale.step + scale.zero
     }
 }

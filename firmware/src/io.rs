@@ -19,7 +19,7 @@ pub struct Outputs<O> {
     pub dac_reset: O,
     /// ADC synchronisation and reset, low resets.
     pub adc_reset: O,
-    /// Feed of the external watchdog, toggled every tick.
+    /// Feed of the external watchdog, toggled every 2 ms.
     pub watchdog: O,
 }
 
@@ -47,41 +47,64 @@ pub struct Io<S, O, I> {
     pub inputs: Inputs<I>,
 }
 
-/// Levels of the pins that decide about motion.
+/// Levels of the pins that decide about motion; joint 1 is bit 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Levels {
-    /// Torque may flow: drive enables and STO.
-    pub torque: bool,
-    /// Brakes are told to open.
-    pub release: bool,
+    /// Torque may flow at all.
+    pub sto: bool,
+    /// Drive enables.
+    pub drives: u8,
+    /// Brakes that are told to open.
+    pub release: u8,
     /// DAC and ADC are out of reset.
     pub converters: bool,
 }
 
 impl Levels {
     /// Torque off, brakes set.
-    pub const OFF: Self = Self { torque: false, release: false, converters: true };
+    pub const OFF: Self = Self { sto: false, drives: 0, release: 0, converters: true };
     /// As [`Self::OFF`], converters in reset.
-    pub const RESET: Self = Self { torque: false, release: false, converters: false };
+    pub const RESET: Self = Self { converters: false, ..Self::OFF };
+    /// Torque on against set brakes.
+    pub const BRAKED: Self = Self { sto: true, drives: 0b1111, ..Self::OFF };
+    /// Torque on, brakes open.
+    pub const LIVE: Self = Self { release: 0b1111, ..Self::BRAKED };
+
+    /// The same, but these joints have no torque and their brakes set.
+    #[inline(always)]
+    pub fn without(self, joints: u8) -> Self {
+        Self { drives: self.drives & !joints, release: self.release & !joints, ..self }
+    }
+}
+
+/// Feedback of the brakes, one bit each; joint 1 is bit 0.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Brakes {
+    /// Those that report open.
+    pub open: u8,
+    /// Those that report closed.
+    pub closed: u8,
 }
 
 impl<O: OutputPin> Outputs<O> {
-    /// Drives every pin but LDAC; `false` if one could not be driven.
-    pub fn drive(&mut self, levels: Levels, watchdog: bool) -> bool {
-        let torque = PinState::from(levels.torque);
-        let release = PinState::from(levels.release);
+    /// Drives every pin but LDAC and the watchdog's; `false` if one could not be driven.
+    pub fn drive(&mut self, levels: Levels) -> bool {
         let converters = PinState::from(levels.converters);
         let mut driven = true;
-        for pin in &mut self.drive_enable {
-            driven &= pin.set_state(torque).is_ok();
+        for (j, pin) in self.drive_enable.iter_mut().enumerate() {
+            driven &= pin.set_state(PinState::from(levels.drives >> j & 1 != 0)).is_ok();
         }
-        for pin in &mut self.brake_release {
-            driven &= pin.set_state(release).is_ok();
+        for (j, pin) in self.brake_release.iter_mut().enumerate() {
+            driven &= pin.set_state(PinState::from(levels.release >> j & 1 != 0)).is_ok();
         }
-        driven &= self.sto.set_state(torque).is_ok();
+        driven &= self.sto.set_state(PinState::from(levels.sto)).is_ok();
         driven &= self.dac_reset.set_state(converters).is_ok();
-        driven &= self.adc_reset.set_state(converters).is_ok();
-        driven & self.watchdog.set_state(PinState::from(watchdog)).is_ok()
+        driven & self.adc_reset.set_state(converters).is_ok()
+    }
+
+    /// Drives the watchdog's pin, each of whose edges feeds it.
+    pub fn feed(&mut self, high: bool) -> bool {
+        self.watchdog.set_state(PinState::from(high)).is_ok()
     }
 
     /// Returns LDAC to its resting level without an edge that updates.
@@ -96,13 +119,23 @@ impl<O: OutputPin> Outputs<O> {
 }
 
 impl<I: InputPin> Inputs<I> {
-    /// Whether all four brakes report open; a pin that cannot be read counts as closed.
-    pub fn brakes_open(&mut self) -> bool {
-        self.brake_open.iter_mut().all(|pin| pin.is_high().unwrap_or(false))
+    /// What the brakes report; a pin that cannot be read says neither.
+    #[inline(always)]
+    pub fn brakes(&mut self) -> Brakes {
+        let mut brakes = Brakes { open: 0, closed: 0 };
+        for (j, pin) in self.brake_open.iter_mut().enumerate() {
+            if let Ok(open) = pin.is_high() {
+                brakes.open |= u8::from(open) << j;
+                brakes.closed |= u8::from(!open) << j;
+            }
+        }
+        brakes
     }
 
-    /// Whether both contacts are healthy; a pin that cannot be read counts as pressed.
-    pub fn emergency_stop_healthy(&mut self) -> bool {
-        self.emergency_stop.iter_mut().all(|pin| pin.is_high().unwrap_or(false))
+    /// Contacts of the emergency stop that are open, one bit each; a pin that cannot be read counts as open.
+    #[inline(always)]
+    pub fn contacts_open(&mut self) -> u8 {
+        let pins = self.emergency_stop.iter_mut().enumerate();
+        pins.fold(0, |open, (c, pin)| open | u8::from(!pin.is_high().unwrap_or(false)) << c)
     }
 }

@@ -23,13 +23,13 @@ use crate::{JointMatrix, JointVector};
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Coefficients {
     law: Law,
+    /// K1, or the PD's Kd.
     k1: JointVector,
+    /// K2, or the PD's Kp.
     k2: JointVector,
     /// -T psi for the constant diagonal, -T wa² in every place for the inertia-weighted law.
     rate: JointVector,
     d_max: JointVector,
-    kp: JointVector,
-    kd: JointVector,
 }
 
 impl Coefficients {
@@ -40,14 +40,16 @@ impl Coefficients {
             Law::PAPER_PSI => JointVector::from(gains.psi),
             _ => JointVector::repeat(0.0),
         };
+        let (k1, k2) = match gains.law {
+            Law::PD => (gains.kd, gains.kp),
+            _ => (gains.k1, gains.k2),
+        };
         Self {
             law: gains.law,
-            k1: gains.k1.into(),
-            k2: gains.k2.into(),
+            k1: k1.into(),
+            k2: k2.into(),
             rate: rate / -tick_hz,
             d_max: gains.d_max.into(),
-            kp: gains.kp.into(),
-            kd: gains.kd.into(),
         }
     }
 }
@@ -67,32 +69,50 @@ pub struct State {
     pub qdd_d: JointVector,
 }
 
-/// Torque wanted by the law and the change that adaptation asks for.
+/// What the law makes of one tick.
 #[derive(Clone, Copy, Debug)]
 pub struct Wanted {
     /// tau_d before limits, N m and N.
     pub torque: JointVector,
+    /// The joint acceleration that this torque is to cause, rad/s² and m/s²: the model's prediction.
+    pub acceleration: JointVector,
     /// T · (-psi delta): the unprojected step of d_hat, N m and N.
     pub adaptation: JointVector,
 }
 
-/// Evaluates the law. `d_hat` is the estimate before this tick's step (Eq 18 uses d_hat_k).
+impl Coefficients {
+    /// z = K1 e1 + e1'; nothing that the PD knows.
+    #[inline(always)]
+    fn z(&self, s: &State) -> JointVector {
+        self.k1.component_mul(&s.e1) + s.e1_dot
+    }
+
+    /// The acceleration that the law asks for, rad/s² and m/s²: its gains show in nothing else.
+    #[inline(always)]
+    pub fn acceleration(&self, s: &State) -> JointVector {
+        match self.law {
+            Law::PD => s.qdd_d - self.k1.component_mul(&s.e1_dot) - self.k2.component_mul(&s.e1),
+            _ => {
+                s.qdd_d - self.k1.component_mul(&s.e1_dot) - self.k2.component_mul(&self.z(s))
+            }
+        }
+    }
+}
+
+/// Evaluates the law. `d_hat` is the estimate before this tick's step (Eq 18 uses d_hat_k); the PD has none.
 #[inline(always)]
 pub fn evaluate(c: &Coefficients, arm: &Constants, s: &State, d_hat: &JointVector) -> Wanted {
     let terms = arm.at(&s.q);
     let bias = terms.coriolis(&s.qd) + terms.gravity();
+    let acceleration = c.acceleration(s);
+    let torque = terms.inertia_times(&acceleration) + bias;
     match c.law {
-        Law::PD => {
-            let a = s.qdd_d - c.kd.component_mul(&s.e1_dot) - c.kp.component_mul(&s.e1);
-            let torque = terms.inertia_times(&a) + bias;
-            Wanted { torque, adaptation: JointVector::repeat(0.0) }
-        }
-        _ => {
-            let z = c.k1.component_mul(&s.e1) + s.e1_dot;
-            let a = s.qdd_d - c.k1.component_mul(&s.e1_dot) - c.k2.component_mul(&z);
-            let torque = terms.inertia_times(&a) + bias + d_hat;
-            Wanted { torque, adaptation: c.rate.component_mul(&delta(c.law, &terms, &z)) }
-        }
+        Law::PD => Wanted { torque, acceleration, adaptation: JointVector::repeat(0.0) },
+        _ => Wanted {
+            torque: torque + d_hat,
+            acceleration,
+            adaptation: c.rate.component_mul(&delta(c.law, &terms, &c.z(s))),
+        },
     }
 }
 

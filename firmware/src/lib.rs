@@ -15,8 +15,11 @@ pub mod kinematics;
 pub mod law;
 pub mod ldlt;
 pub mod math;
-pub mod mode;
-pub mod trajectory;
+pub mod memory;
+pub mod monitor;
+pub mod path;
+pub mod planner;
+pub mod supervisor;
 
 /// One number a joint.
 pub type JointVector = nalgebra::Vector4<f32>;

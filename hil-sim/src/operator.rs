@@ -54,6 +54,6 @@ impl Operator {
 
     /// Whether nothing more will come of this run: finished, safe, or refused.
     pub fn is_over(&self, last: &Record) -> bool {
-        self.has_finished(last) || last.mode == Mode::Safe as u8 || last.refusal != 0
+        self.has_finished(last) || last.mode == Mode::Latched as u8 || last.refusal != 0
     }
 }

@@ -96,6 +96,7 @@ impl Path {
         Trajectory {
             profile: self.profile,
             allow_velocity_step: self.allow_velocity_step,
+            speed_limit_percent: 100,
             duration_ticks: self.ticks,
             origin_q6: std::array::from_fn(|j| {
                 let encoder = &arm.encoders[j];

@@ -6,11 +6,11 @@ use std::rc::Rc;
 use std::time::Instant;
 
 use firmware::config::{ArmModel, Config, ConfigError, Law as FirmwareLaw};
-use firmware::executive::{Executive, TickInput};
-use firmware::trajectory::Planner;
+use firmware::executive::{Executive, Retained, TickInput};
+use firmware::planner::Planner;
 use heapless::spsc::Queue;
 use shared::arm::{Arm, JOINTS, REFERENCE};
-use shared::command::Command;
+use shared::pil::Release;
 use shared::telemetry::Record;
 use shared::wire::biss_c::LATCH_DELAY_S;
 use thiserror::Error;
@@ -80,6 +80,7 @@ pub struct Software {
     >,
     planner: Planner,
     queue: Queue<Record, 4>,
+    last: Record,
 }
 
 impl Software {
@@ -87,10 +88,15 @@ impl Software {
     ///
     /// # Errors
     /// [`RunError::Config`] where it refuses `config`.
-    pub fn new(config: &Config, bench: &Rc<RefCell<Bench>>) -> Result<Self, RunError> {
+    pub fn new(
+        config: &Config,
+        bench: &Rc<RefCell<Bench>>,
+        retained: Retained,
+    ) -> Result<Self, RunError> {
         let mut executive = Executive::new(bench::wire(bench));
-        executive.configure(config).map_err(RunError::Config)?;
-        Ok(Self { executive, planner: Planner::new(config), queue: Queue::new() })
+        executive.configure(config, config.crc(), retained).map_err(RunError::Config)?;
+        let (planner, last) = (Planner::new(config), Record::default());
+        Ok(Self { executive, planner, queue: Queue::new(), last })
     }
 
     /// What the configuration became, for comparison with another build.
@@ -102,11 +108,20 @@ impl Software {
 impl Controller for Software {
     type Error = Infallible;
 
-    fn tick(&mut self, command: Option<Command>) -> Result<Record, Infallible> {
+    fn tick(&mut self, release: &Release) -> Result<Record, Infallible> {
         let (mut records, mut idle) = self.queue.split();
-        let order = command.map(|command| self.planner.plan(&command));
-        self.executive.tick(&TickInput { order: order.as_ref() }, &mut records);
-        Ok(idle.dequeue().unwrap_or_default())
+        let codes = self.last.code;
+        let order = release.command.map(|command| self.planner.plan(&command, &codes));
+        let input = TickInput {
+            order: order.as_ref(),
+            alive: release.alive,
+            cycles: release.cycles,
+            spent: release.spent,
+            conversions: release.conversions,
+        };
+        self.executive.tick(&input, &mut records);
+        self.last = idle.dequeue().unwrap_or_default();
+        Ok(self.last)
     }
 }
 
@@ -116,7 +131,8 @@ impl Controller for Software {
 /// [`RunError::Config`] where the controller refuses the scenario's numbers.
 pub fn run(scenario: &Scenario, options: Options<'_>) -> Result<Outcome, RunError> {
     let mut session = Session::new(scenario, options.keep_rows);
-    let mut controller = Software::new(&config_of(scenario), &session.bench())?;
+    let mut controller =
+        Software::new(&config_of(scenario), &session.bench(), session.retained())?;
     let started = Instant::now();
     while !session.is_over() {
         let Ok(_) = session.tick(&mut controller);

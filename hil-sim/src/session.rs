@@ -3,9 +3,12 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
+use firmware::config::Safety;
+use firmware::executive::Retained;
 use shared::arm::{Arm, JOINTS};
 use shared::command::Command;
 use shared::fault::{Fault, Mode, Refusal};
+use shared::pil::Release;
 use shared::telemetry::Record;
 
 use crate::bench::{Bench, Motion};
@@ -27,11 +30,13 @@ pub trait Controller {
     ///
     /// # Errors
     /// Where the controller itself could not be reached.
-    fn tick(&mut self, command: Option<Command>) -> Result<Record, Self::Error>;
+    fn tick(&mut self, release: &Release) -> Result<Record, Self::Error>;
 }
 
+/// What a tick is said to have computed, cycles: about what the target takes.
+const SPENT_CYCLES: u32 = 2_000;
 /// Time granted on top of trajectory and settling: boot and opening the brakes.
-const START_UP_S: f64 = 1.5;
+const START_UP_S: f64 = 2.0;
 
 /// Everything on the simulator's side of a run.
 pub struct Session<'a> {
@@ -46,6 +51,7 @@ pub struct Session<'a> {
     rows: Vec<TickRow>,
     torque: [f64; JOINTS],
     last: Record,
+    cycles: u32,
     ticks: u64,
 }
 
@@ -73,6 +79,7 @@ impl<'a> Session<'a> {
             rows: Vec::new(),
             torque: [0.0; JOINTS],
             last: Record::default(),
+            cycles: 0,
             ticks: 0,
         }
     }
@@ -80,6 +87,13 @@ impl<'a> Session<'a> {
     /// The bench that the controller is to be wired to.
     pub fn bench(&self) -> Rc<RefCell<Bench>> {
         Rc::clone(&self.bench)
+    }
+
+    /// What the board kept over the loss of power: the pose that the arm stands in.
+    pub fn retained(&self) -> Retained {
+        let q0 = self.scenario.trajectory.q0;
+        let code = |j: usize| ((q0[j] - self.arm.encoders[j].zero) / self.arm.encoders[j].lsb) as u32;
+        Retained { parked: Some(std::array::from_fn(code)) }
     }
 
     /// Ticks done and ticks after which the run ends in any case.
@@ -101,14 +115,14 @@ impl<'a> Session<'a> {
     /// The controller's.
     pub fn tick<C: Controller>(&mut self, controller: &mut C) -> Result<Record, C::Error> {
         let command = self.operator.command(&self.last);
-        self.before_tick(command);
-        let record = controller.tick(command)?;
+        let release = self.before_tick(command);
+        let record = controller.tick(&release)?;
         self.after_tick(record);
         Ok(record)
     }
 
     /// Puts the plant's state where the sensors latch it.
-    fn before_tick(&mut self, command: Option<Command>) {
+    fn before_tick(&mut self, command: Option<Command>) -> Release {
         if matches!(command, Some(Command::Start(_))) {
             self.plant.start_disturbance();
         }
@@ -120,6 +134,14 @@ impl<'a> Session<'a> {
         let mut bench = self.bench.borrow_mut();
         bench.brake_open = self.plant.brake_released();
         bench.begin_tick(motion);
+        Release {
+            levels: bench.input_levels(),
+            alive: true,
+            cycles: self.cycles,
+            spent: SPENT_CYCLES,
+            conversions: bench.conversions(),
+            command,
+        }
     }
 
     /// Judges the tick and lets its torques act until the next one.
@@ -141,6 +163,8 @@ impl<'a> Session<'a> {
         self.plant.step(self.torque, dt_s);
         let sensed = std::array::from_fn(|j| self.torque[j] / self.arm.torque_full_scale[j]);
         self.bench.borrow_mut().advance(dt_s, sensed);
+        let clock_hz = f64::from(Safety::REFERENCE.clock_hz);
+        self.cycles = self.cycles.wrapping_add((clock_hz * dt_s).round() as u32);
         self.last = record;
         self.ticks += 1;
     }

@@ -4,6 +4,7 @@
 
 pub mod arm;
 pub mod command;
+pub mod crc32;
 pub mod fault;
 pub mod pil;
 pub mod telemetry;

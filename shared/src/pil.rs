@@ -53,36 +53,54 @@ pub const PIN_ADC_RESET: u8 = 11;
 pub const PIN_WATCHDOG: u8 = 12;
 
 /// Size of a release.
-pub const RELEASE_BYTES: usize = 2 + COMMAND_BYTES;
+pub const RELEASE_BYTES: usize = 4 + 4 * 3 + COMMAND_BYTES;
 
 /// Instead of a release: the board answers with [`TAG_STACK`] and ends the emulation.
 pub const QUIT: [u8; RELEASE_BYTES] = [0xFF; RELEASE_BYTES];
 
-/// What opens a tick.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// What opens a tick: everything that a tick is told.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Release {
     /// Levels of the input pins: brake feedbacks in bits 0 to 3, emergency stop contacts in 4 and 5.
     pub levels: u8,
+    /// An authentic frame of the operator came since the last tick.
+    pub alive: bool,
+    /// Cycle counter at the tick's start.
+    pub cycles: u32,
+    /// Cycles that the tick before took.
+    pub spent: u32,
+    /// Conversions of the torque converter so far.
+    pub conversions: u32,
     /// Command that arrived since the last tick.
     pub command: Option<Command>,
 }
 
 impl Release {
-    /// Encodes: levels, whether there is a command, the command.
+    /// Encodes: levels, flags, 0, 0, the three counts, the command.
     pub fn to_bytes(&self) -> [u8; RELEASE_BYTES] {
+        let flags = u8::from(self.command.is_some()) | u8::from(self.alive) << 1;
+        let counts = [self.cycles, self.spent, self.conversions].map(u32::to_le_bytes);
+        let command = self.command.map_or([0; COMMAND_BYTES], |command| command.to_bytes());
+        let all = [self.levels, flags, 0, 0].into_iter().chain(counts.into_iter().flatten());
         let mut bytes = [0; RELEASE_BYTES];
-        let (head, tail) = bytes.split_at_mut(2);
-        head.copy_from_slice(&[self.levels, u8::from(self.command.is_some())]);
-        if let Some(command) = &self.command {
-            tail.copy_from_slice(&command.to_bytes());
+        for (slot, byte) in bytes.iter_mut().zip(all.chain(command)) {
+            *slot = byte;
         }
         bytes
     }
 
     /// Decodes; a command that is none is dropped.
     pub fn from_bytes(bytes: &[u8; RELEASE_BYTES]) -> Self {
-        let [levels, present, command @ ..] = bytes;
-        let command = if *present == 0 { None } else { Command::from_bytes(command) };
-        Self { levels: *levels, command }
+        let [levels, flags, _, _, a @ ..] = bytes;
+        let [c0, c1, c2, c3, s0, s1, s2, s3, n0, n1, n2, n3, command @ ..] = a;
+        let command = if flags & 1 == 0 { None } else { Command::from_bytes(command) };
+        Self {
+            levels: *levels,
+            alive: flags & 2 != 0,
+            cycles: u32::from_le_bytes([*c0, *c1, *c2, *c3]),
+            spent: u32::from_le_bytes([*s0, *s1, *s2, *s3]),
+            conversions: u32::from_le_bytes([*n0, *n1, *n2, *n3]),
+            command,
+        }
     }
 }

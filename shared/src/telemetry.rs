@@ -5,7 +5,7 @@ use crate::arm::JOINTS;
 /// Size of an encoded record.
 pub const RECORD_BYTES: usize = 4 * RECORD_WORDS;
 
-const RECORD_WORDS: usize = 30;
+const RECORD_WORDS: usize = 32;
 
 /// Everything a tick knew and decided. Joint 4 is in m, m/s and N.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -42,7 +42,22 @@ pub struct Record {
     pub adc: [i32; JOINTS],
     /// Disturbance estimate, N m or N.
     pub d_hat: [f32; JOINTS],
+    /// One bit a [`crate::fault::Limit`] that holds the arm back.
+    pub limits: u16,
+    /// One bit a joint that the fault names.
+    pub joints: u8,
+    /// Drive enables in bits 0 to 3, brake releases in bits 4 to 7, as driven by this tick.
+    pub powered: u8,
+    /// Rate at which the path is followed, 1 is [`PATH_RATE_ONE`].
+    pub path_rate: u16,
+    /// Ticks so far that came late, early or not at all, modulo 256.
+    pub irregular: u8,
+    /// Highest level of all devices' loss buckets.
+    pub bucket: u8,
 }
+
+/// [`Record::path_rate`] at full speed.
+pub const PATH_RATE_ONE: u16 = 1 << 15;
 
 impl Record {
     /// The record as little-endian words in field order, small fields packed lowest first.
@@ -68,6 +83,12 @@ impl Record {
         }
         words[28] = u32::from(self.dac[0]) | u32::from(self.dac[1]) << 16;
         words[29] = u32::from(self.dac[2]) | u32::from(self.dac[3]) << 16;
+        words[30] = u32::from(self.limits)
+            | u32::from(self.joints) << 16
+            | u32::from(self.powered) << 24;
+        words[31] = u32::from(self.path_rate)
+            | u32::from(self.irregular) << 16
+            | u32::from(self.bucket) << 24;
         words
     }
 
@@ -105,6 +126,12 @@ impl Record {
             adc: core::array::from_fn(|j| word(20 + j) as i32),
             d_hat: floats(24),
             dac: core::array::from_fn(|j| (word(28 + j / 2) >> (16 * (j % 2))) as u16),
+            limits: word(30) as u16,
+            joints: (word(30) >> 16) as u8,
+            powered: (word(30) >> 24) as u8,
+            path_rate: word(31) as u16,
+            irregular: (word(31) >> 16) as u8,
+            bucket: (word(31) >> 24) as u8,
         }
     }
 }

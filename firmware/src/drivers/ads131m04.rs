@@ -199,7 +199,8 @@ impl Ads131m04 {
         }
         let wrong = newest ^ HEALTHY;
         if wrong & !(TRANSIENT | status::WLENGTH) != 0 {
-            return Err(SampleError::Device);
+            let reset = wrong & (status::RESET | status::LOCK) != 0;
+            return Err(if reset { SampleError::Reset } else { SampleError::Device });
         }
         if wrong & status::WLENGTH != 0 {
             return Err(SampleError::Framing);
@@ -215,7 +216,7 @@ impl Ads131m04 {
             Err(_) => {}
         }
         if self.mismatches >= MISMATCHES {
-            return Err(SampleError::Device);
+            return Err(SampleError::Configuration);
         }
         if seen & status::F_RESYNC != 0 || wrong & status::DRDY != 0 {
             return Err(SampleError::Stale);

@@ -21,6 +21,8 @@ pub struct Acknowledge {
     /// `None` where no valid answer came or the bus failed. A device that was reset in between falls back to frames without
     /// CRC and may still echo codes; only this answer's missing CRC tells it.
     pub status: Option<u16>,
+    /// Every answer ends as those of a device do that was reset: with the byte that it received first.
+    pub reset: bool,
 }
 
 /// One register of the configuration.
@@ -122,8 +124,23 @@ impl Dac81404 {
         let [status, echo_a, echo_b, echo_c, echo_d] = frames;
         let accepted =
             is_echo(a, echo_a) & is_echo(b, echo_b) & is_echo(c, echo_c) & is_echo(d, echo_d);
-        Acknowledge { accepted, status: content(status, register::STATUS) }
+        let status = content(status, register::STATUS);
+        Acknowledge { accepted, status, reset: status.is_none() && is_without_crc(&frames) }
     }
+}
+
+/// Whether the answers of one write have 24 bits, behind which the device hands on what comes in.
+#[cold]
+#[inline(never)]
+fn is_without_crc(answers: &[[u8; 4]; 5]) -> bool {
+    const HEADS: [u8; 5] = [
+        register::DACA,
+        register::DACB,
+        register::DACC,
+        register::DACD,
+        Frame::read(register::STATUS).to_bytes_without_crc()[0],
+    ];
+    answers.iter().zip(HEADS).all(|([_, _, _, last], head)| *last == head)
 }
 
 /// Writes setting number `written` and asks for its check; `None` where anything fails.
@@ -228,7 +245,7 @@ mod tests {
 
     #[test]
     fn a_good_write_is_accepted() {
-        assert_eq!(write_with(good_answers()), Acknowledge { accepted: true, status: Some(0) });
+        assert_eq!(write_with(good_answers()), Acknowledge { accepted: true, status: Some(0), reset: false });
     }
 
     #[test]
@@ -238,7 +255,7 @@ mod tests {
                 let mut answers = good_answers();
                 answers[bad] = answer;
                 let told = write_with(answers);
-                assert_eq!(told, Acknowledge { accepted: false, status: Some(0) }, "{bad}");
+                assert_eq!(told, Acknowledge { accepted: false, status: Some(0), reset: false }, "{bad}");
             }
             let mut answers = good_answers();
             answers[bad][0] |= 1 << 6;
@@ -252,7 +269,7 @@ mod tests {
         for wrong in [[0x82, 0, 0, 0x10], [0; 4], [0xFF; 4], reading(0x03, 0), echo(0x02, 0)] {
             let mut answers = good_answers();
             answers[0] = wrong;
-            assert_eq!(write_with(answers), Acknowledge { accepted: true, status: None });
+            assert_eq!(write_with(answers), Acknowledge { accepted: true, status: None, reset: false });
         }
     }
 

@@ -15,6 +15,10 @@ pub enum SampleError {
     Crc,
     /// The device itself marks its sample as wrong.
     Device,
+    /// The device was reset and has lost its configuration.
+    Reset,
+    /// The device's configuration is not what was written.
+    Configuration,
     /// Nothing new since the last sample.
     Stale,
 }

@@ -125,6 +125,11 @@ impl Bench {
         self.traffic.as_mut().map(std::mem::take).unwrap_or_default()
     }
 
+    /// Conversions of the torque converter so far, as a counter of its data-ready pulses holds them.
+    pub fn conversions(&self) -> u32 {
+        self.adc.conversions()
+    }
+
     /// Input pins as one bit each: brake feedbacks in bits 0 to 3, emergency stop contacts in 4 and 5.
     pub fn input_levels(&self) -> u8 {
         let pins = self.brake_open.iter().chain(&self.emergency_stop);

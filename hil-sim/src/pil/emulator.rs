@@ -9,9 +9,9 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use firmware::config::Config;
+use firmware::executive::Retained;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{CWD, Mode, mkfifoat};
-use shared::command::Command as ArmCommand;
 use shared::pil::{self, Release, TRANSFER_MAX};
 use shared::telemetry::{RECORD_BYTES, Record};
 use tempfile::TempDir;
@@ -84,9 +84,10 @@ impl Emulator {
     pub fn start(
         image: &Path,
         config: &Config,
+        retained: Retained,
         bench: Rc<RefCell<Bench>>,
     ) -> Result<Self, EmulatorError> {
-        Self::start_with(image, config, bench, &[])
+        Self::start_with(image, config, retained, bench, &[])
     }
 
     /// As [`Self::start`], with further arguments to the emulator.
@@ -96,6 +97,7 @@ impl Emulator {
     pub fn start_with(
         image: &Path,
         config: &Config,
+        retained: Retained,
         bench: Rc<RefCell<Bench>>,
         arguments: &[String],
     ) -> Result<Self, EmulatorError> {
@@ -122,6 +124,10 @@ impl Emulator {
             _folder: folder,
         };
         emulator.to_board.write_all(bytemuck::bytes_of(config))?;
+        emulator.to_board.write_all(&config.crc().to_le_bytes())?;
+        for code in retained.parked.unwrap_or_default() {
+            emulator.to_board.write_all(&code.to_le_bytes())?;
+        }
         emulator.coefficients = emulator.greet()?;
         Ok(emulator)
     }
@@ -183,9 +189,8 @@ impl Emulator {
     ///
     /// # Errors
     /// [`EmulatorError`] where the emulator is gone or talks nonsense.
-    pub fn exchange(&mut self, command: Option<ArmCommand>) -> Result<Record, EmulatorError> {
-        let levels = self.bench.borrow().input_levels();
-        self.to_board.write_all(&Release { levels, command }.to_bytes())?;
+    pub fn exchange(&mut self, release: &Release) -> Result<Record, EmulatorError> {
+        self.to_board.write_all(&release.to_bytes())?;
         loop {
             match self.byte()? {
                 pil::TAG_PIN => {

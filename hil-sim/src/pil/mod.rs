@@ -6,6 +6,8 @@ mod emulator;
 
 use std::path::Path;
 
+use shared::pil::Release;
+use shared::telemetry::Record;
 use thiserror::Error;
 
 pub use compare::Difference;
@@ -51,8 +53,8 @@ pub fn run(
     let mut board_side = Session::new(scenario, false);
     let mut host_side = Session::new(scenario, false);
     let config = config_of(scenario);
-    let mut software = Software::new(&config, &host_side.bench())?;
-    let mut board = Emulator::start(image, &config, board_side.bench())?;
+    let mut software = Software::new(&config, &host_side.bench(), host_side.retained())?;
+    let mut board = Emulator::start(image, &config, board_side.retained(), board_side.bench())?;
     for bench in [board_side.bench(), host_side.bench()] {
         bench.borrow_mut().keep_traffic();
     }
@@ -73,10 +75,7 @@ pub fn run(
 impl Controller for Emulator {
     type Error = EmulatorError;
 
-    fn tick(
-        &mut self,
-        command: Option<shared::command::Command>,
-    ) -> Result<shared::telemetry::Record, EmulatorError> {
-        self.exchange(command)
+    fn tick(&mut self, release: &Release) -> Result<Record, EmulatorError> {
+        self.exchange(release)
     }
 }

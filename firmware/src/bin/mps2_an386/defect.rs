@@ -3,6 +3,7 @@
 use core::hint::black_box;
 
 use firmware::config::Config;
+use firmware::executive::Retained;
 
 use crate::Controller;
 
@@ -20,10 +21,12 @@ pub fn before_configuration(config: &Config) {
 
 /// A gain one ulp off that the harness sees as a coefficient.
 #[inline(always)]
-pub fn in_coefficients(config: &mut Config) {
+pub fn in_coefficients(config: &mut Config, crc: u32) -> u32 {
     if cfg!(defect = "coefficient_one_ulp_off") {
         one_ulp_up(config);
+        return config.crc();
     }
+    crc
 }
 
 /// The same, but behind the harness's back: only what the law computes gives it away.
@@ -31,7 +34,7 @@ pub fn in_coefficients(config: &mut Config) {
 pub fn in_law(controller: &mut Controller, config: &mut Config) {
     if cfg!(defect = "law_one_ulp_off") {
         one_ulp_up(config);
-        let _ = controller.configure(config);
+        let _ = controller.configure(config, config.crc(), Retained::default());
     }
 }
 

@@ -10,7 +10,6 @@ use cortex_m_semihosting::syscall;
 use embedded_hal::digital::{self, InputPin, OutputPin, PinState};
 use embedded_hal::spi::{self, Operation, SpiDevice};
 use heapless::Vec;
-use shared::command::Command;
 use shared::pil::{self, RELEASE_BYTES, Release, TRANSFER_MAX};
 use shared::telemetry::Record;
 
@@ -116,7 +115,7 @@ pub fn receive(bytes: &mut [u8]) {
 /// Waits for the next tick's release.
 #[inline(never)]
 #[unsafe(link_section = ".text.link")]
-pub fn await_release() -> Option<Command> {
+pub fn await_release() -> Release {
     let mut bytes = [0; RELEASE_BYTES];
     receive(&mut bytes);
     if bytes == pil::QUIT {
@@ -125,7 +124,7 @@ pub fn await_release() -> Option<Command> {
     }
     let release = Release::from_bytes(&bytes);
     with(|link| link.levels = release.levels);
-    release.command
+    release
 }
 
 /// Tells the harness what the configuration became.

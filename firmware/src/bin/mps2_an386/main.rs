@@ -16,11 +16,12 @@ use core::mem::MaybeUninit;
 use cortex_m::peripheral::{SCB, SYST};
 use cortex_m_rt::{entry, exception};
 use firmware::config::Config;
-use firmware::executive::{Executive, RecordSink, TickInput};
+use firmware::executive::{Executive, RecordSink, Retained, TickInput};
 use firmware::io::{Inputs, Io, Outputs};
-use firmware::trajectory::Planner;
+use firmware::planner::Planner;
 use heapless::Deque;
 use link::{Level, Line, Tunnel};
+use shared::arm::JOINTS;
 use shared::pil;
 use shared::telemetry::Record;
 
@@ -55,6 +56,9 @@ static PLANNER: Owned<MaybeUninit<Planner>> = Owned(UnsafeCell::new(MaybeUninit:
 /// Comes from the harness; kept off the stack.
 static CONFIG: Owned<Config> = Owned(UnsafeCell::new(bytemuck::zeroed()));
 
+/// Encoder codes of the last tick, for the planner.
+static CODES: Owned<[u32; JOINTS]> = Owned(UnsafeCell::new([0; JOINTS]));
+
 /// From tick to idle, which masks the tick: unlike a lock-free queue's, its memory needs no barriers.
 static RECORDS: Owned<Deque<Record, 3>> = Owned(UnsafeCell::new(Deque::new()));
 
@@ -64,6 +68,8 @@ struct Records;
 impl RecordSink for Records {
     #[inline(always)]
     fn push(&mut self, record: Record) -> bool {
+        // SAFETY: SysTick is its only user.
+        unsafe { *CODES.0.get() = record.code };
         // SAFETY: only SysTick pushes, and idle takes with SysTick masked.
         unsafe { &mut *RECORDS.0.get() }.push_back(record).is_ok()
     }
@@ -77,10 +83,13 @@ fn main() -> ! {
     // SAFETY: SysTick is not running yet, and nothing else touches these.
     let (config, controller) = unsafe { (&mut *CONFIG.0.get(), &mut *CONTROLLER.0.get()) };
     link::receive(bytemuck::bytes_of_mut(config));
+    let mut kept = [0_u32; 1 + JOINTS];
+    link::receive(bytemuck::bytes_of_mut(&mut kept));
+    let [crc, parked @ ..] = kept;
     defect::before_configuration(config);
-    defect::in_coefficients(config);
+    let crc = defect::in_coefficients(config, crc);
     let controller = controller.write(Executive::new(wire()));
-    if controller.configure(config).is_ok() {
+    if controller.configure(config, crc, Retained { parked: Some(parked) }).is_ok() {
         // SAFETY: SysTick is not running yet.
         unsafe { (*PLANNER.0.get()).write(Planner::new(config)) };
         link::send_coefficients(controller.coefficient_bytes());
@@ -136,9 +145,19 @@ fn start_ticking(tick_hz: u32) {
 fn SysTick() {
     // SAFETY: SysTick starts only after both are written, and is their only user.
     let (controller, planner) =
-        unsafe { ((*CONTROLLER.0.get()).assume_init_mut(), (*PLANNER.0.get()).assume_init_ref()) };
-    let order = link::await_release().map(|command| planner.plan(&command));
-    tick(controller, &TickInput { order: order.as_ref() });
+        unsafe { ((*CONTROLLER.0.get()).assume_init_mut(), (*PLANNER.0.get()).assume_init_mut()) };
+    let release = link::await_release();
+    // SAFETY: only SysTick, and idle before it starts, touch it.
+    let codes = unsafe { &*CODES.0.get() };
+    let order = release.command.map(|command| planner.plan(&command, codes));
+    let input = TickInput {
+        order: order.as_ref(),
+        alive: release.alive,
+        cycles: release.cycles,
+        spent: release.spent,
+        conversions: release.conversions,
+    };
+    tick(controller, &input);
 }
 
 /// One tick under its own symbol, so that its instructions can be counted.

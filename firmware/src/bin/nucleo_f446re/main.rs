@@ -21,7 +21,7 @@ use cortex_m::peripheral::{DWT, NVIC};
 use cortex_m::{asm, singleton};
 use cortex_m_rt::entry;
 use firmware::config::{Config, ConfigError};
-use firmware::executive::{Executive, TickInput};
+use firmware::executive::{Executive, Retained, TickInput};
 use firmware::io::Io;
 use shared::arm::REFERENCE;
 use stm32f4::stm32f446::{Interrupt, Peripherals, interrupt, iwdg, tim2, tim3};
@@ -42,6 +42,8 @@ struct Control {
     watchdog: &'static iwdg::RegisterBlock,
     /// Last count of the torque converter's clock.
     adc_count: u16,
+    /// All of them, modulo 2³².
+    adc_total: u32,
 }
 
 /// Written once by `main` before the interrupt is unmasked, then the interrupt's alone.
@@ -88,7 +90,7 @@ fn control(p: &'static Peripherals, pins: Pins) -> Result<Control, ConfigError> 
         inputs: pins.inputs,
     };
     let mut executive = Executive::new(io);
-    executive.configure(&config)?;
+    executive.configure(&config, config.crc(), Retained::default())?;
     Ok(Control {
         executive,
         reader: Reader::start(p),
@@ -97,12 +99,13 @@ fn control(p: &'static Peripherals, pins: Pins) -> Result<Control, ConfigError> 
         adc_clock: &p.TIM3,
         watchdog: &p.IWDG,
         adc_count: 0,
+        adc_total: 0,
     })
 }
 
 /// Names the value that is out of range, once, and stays off.
 fn refuse(serial: &Serial, error: &ConfigError) -> ! {
-    let _ = serial.send(error.field.bytes().chain(*b"\r\n"));
+    let _ = serial.send(error.field().bytes().chain(*b"\r\n"));
     faults::all_off()
 }
 
@@ -146,7 +149,16 @@ impl Control {
         let adc_clocks = u32::from(adc_count.wrapping_sub(self.adc_count));
         self.adc_count = adc_count;
         self.recorder.measured.adc_clocks = adc_clocks;
-        self.executive.tick(&TickInput { order: None }, &mut self.recorder);
+        // CLKIN is counted; a conversion takes 256 of its clocks.
+        self.adc_total = self.adc_total.wrapping_add(adc_clocks);
+        let input = TickInput {
+            order: None,
+            alive: false,
+            cycles: began,
+            spent: self.recorder.measured.tick_clocks,
+            conversions: self.adc_total / 256,
+        };
+        self.executive.tick(&input, &mut self.recorder);
         self.reader.arm();
         self.watchdog.kr().write(|w| w.key().feed());
         let tick_clocks = DWT::cycle_count().wrapping_sub(began);

@@ -105,11 +105,11 @@ fn status_words_are_told_apart() {
         (0x8100, Err(SampleError::Stale)),
         (0x8107, Err(SampleError::Stale)),
         (0xC10F, Err(SampleError::Stale)),
-        (0x850F, Err(SampleError::Device)),
-        (0x010F, Err(SampleError::Device)),
-        (0x050F, Err(SampleError::Device)),
+        (0x850F, Err(SampleError::Reset)),
+        (0x010F, Err(SampleError::Reset)),
+        (0x050F, Err(SampleError::Reset)),
         (0xA10F, Err(SampleError::Device)),
-        (command::RESET_DONE, Err(SampleError::Device)),
+        (command::RESET_DONE, Err(SampleError::Reset)),
         (0x830F, Err(SampleError::Framing)),
     ] {
         let mut adc = Ads131m04::new();
@@ -161,7 +161,7 @@ fn another_configuration_counts_when_read_back_three_times_running() {
     for round in 1..9 {
         let older = if round == 3 { due(&adc) } else { wrong };
         let result = sample(&mut adc, older, frame(HEALTHY, [round; 4]));
-        assert_eq!(result == Err(SampleError::Device), round >= 6, "round {round}");
+        assert_eq!(result == Err(SampleError::Configuration), round >= 6, "round {round}");
     }
 }
 

@@ -97,7 +97,7 @@ fn driver_sees_a_reset_in_mid_run() {
     chip.reset();
     for _ in 0..3 {
         chip.advance(TICK_S, [0.0; 4]);
-        assert_eq!(driver.sample(&mut Bus(&mut chip)), Err(SampleError::Device));
+        assert_eq!(driver.sample(&mut Bus(&mut chip)), Err(SampleError::Reset));
         assert_eq!(driver.status() & status::RESET, status::RESET);
     }
 }

@@ -1,0 +1,248 @@
+//! Parameters with a shadow copy and check sums, and the estimates: what a flipped bit would turn into motion.
+//!
+//! The tick compares the coefficients with their shadow word by word before it uses them. Where they differ,
+//! a CRC-32 says which copy is right; that takes up to two ticks, in which the drives keep their torque.
+//! The thresholds are compared and summed up a word a tick, in the background.
+
+use core::mem::{offset_of, size_of};
+
+use bytemuck::{Pod, Zeroable};
+use shared::arm::JOINTS;
+use shared::crc32::{Digest, crc32, digest};
+
+use crate::JointVector;
+use crate::config::Config;
+use crate::dynamics;
+use crate::estimator::{self, Observer};
+use crate::law;
+use crate::monitor::Thresholds;
+
+/// Gains, limits and arm parameters as a tick uses them.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Coefficients {
+    /// Observers.
+    pub observer: estimator::Gains,
+    /// Encoders.
+    pub scales: [estimator::Scale; JOINTS],
+    /// The arm.
+    pub dynamics: dynamics::Constants,
+    /// Highest torque commands, N m and N.
+    pub tau_max: JointVector,
+    /// DAC codes per N m and N.
+    pub codes_per_torque: JointVector,
+    /// The law: the only part that an order changes, and therefore last.
+    pub law: law::Coefficients,
+}
+
+/// Codes from DAC mid-scale to full scale.
+const DAC_HALF_SCALE: f32 = 32_768.0;
+
+impl Coefficients {
+    /// Filled group by group, so that a small stack is enough.
+    #[inline(never)]
+    fn set(&mut self, config: &Config) {
+        let tick_hz = config.tick_hz as f32;
+        let gains = &config.gains;
+        self.dynamics.collect(&config.arm);
+        self.law = law::Coefficients::new(gains, tick_hz);
+        self.observer = estimator::Gains::new(gains.observer_rad_s, tick_hz);
+        for (j, joint) in config.joints.iter().enumerate() {
+            self.scales[j] = estimator::Scale::new(joint, tick_hz);
+            self.tau_max[j] = joint.tau_max;
+            self.codes_per_torque[j] = DAC_HALF_SCALE / joint.drive_full_scale;
+        }
+    }
+
+    fn words(&self) -> &[u32; size_of::<Self>() / 4] {
+        bytemuck::cast_ref(self)
+    }
+
+    /// What no order changes, as bytes.
+    fn fixed(&self) -> &[u8] {
+        bytemuck::bytes_of(self).get(..offset_of!(Self, law)).unwrap_or_default()
+    }
+}
+
+/// A law's coefficients with their check sum, computed outside the tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gained {
+    pub(crate) law: law::Coefficients,
+    crc: u32,
+}
+
+impl Gained {
+    /// With the check sum of `law`.
+    pub fn new(law: &law::Coefficients) -> Self {
+        Self { law: *law, crc: crc32(bytemuck::bytes_of(law)) }
+    }
+}
+
+/// What the controller believes of the arm's state.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Estimates {
+    /// Position and speed of each joint.
+    pub observers: [Observer; JOINTS],
+    /// Disturbance, N m and N.
+    pub d_hat: JointVector,
+}
+
+/// One copy of what the configuration became.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Copy {
+    /// Compared at every tick.
+    pub coefficients: Coefficients,
+    /// Compared in turn.
+    pub thresholds: Thresholds,
+}
+
+/// See the module's documentation.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct Memory {
+    /// What a tick uses.
+    pub live: Copy,
+    shadow: Copy,
+    crc_fixed: u32,
+    crc_law: u32,
+    crc_thresholds: u32,
+    /// State of the estimator.
+    pub estimates: Estimates,
+}
+
+/// What the check of the parameters says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Health {
+    /// Both copies agree.
+    Good,
+    /// They differ, and it is not known yet which is right.
+    Unknown,
+    /// They differed; the good one has been restored.
+    Restored,
+    /// Neither is good.
+    Lost,
+}
+
+/// How far the search for the good copy has come.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Search {
+    /// The live copy's fixed part was found damaged.
+    live_is_bad: bool,
+}
+
+impl Memory {
+    /// Takes a configuration.
+    #[inline(never)]
+    pub fn set(&mut self, config: &Config) {
+        self.live.coefficients.set(config);
+        self.live.thresholds.set(config);
+        self.crc_fixed = crc32(self.live.coefficients.fixed());
+        self.crc_law = crc32(bytemuck::bytes_of(&self.live.coefficients.law));
+        self.crc_thresholds = crc32(bytemuck::bytes_of(&self.live.thresholds));
+        self.shadow = self.live;
+    }
+
+    /// Takes new gains, in both copies.
+    pub fn gain(&mut self, gained: &Gained) {
+        self.live.coefficients.law = gained.law;
+        self.shadow.coefficients.law = gained.law;
+        self.crc_law = gained.crc;
+    }
+
+    /// Whether both copies of the coefficients hold the same words.
+    #[inline(always)]
+    pub fn agrees(&self) -> bool {
+        let pairs = self.live.coefficients.words().iter().zip(self.shadow.coefficients.words());
+        pairs.fold(0, |difference, (a, b)| difference | (a ^ b)) == 0
+    }
+
+    /// One tick's work towards the good copy, where the two differ: one check sum of the fixed part, or both
+    /// of the law. A single damage takes two ticks at most.
+    #[cold]
+    #[inline(never)]
+    pub fn search(&mut self, search: &mut Search) -> Health {
+        let (live, shadow) = (&mut self.live.coefficients, &mut self.shadow.coefficients);
+        if live.law != shadow.law {
+            let good = |c: &Coefficients| crc32(bytemuck::bytes_of(&c.law)) == self.crc_law;
+            match (good(live), good(shadow)) {
+                (true, _) => shadow.law = live.law,
+                (_, true) => live.law = shadow.law,
+                _ => return Health::Lost,
+            }
+        } else if search.live_is_bad {
+            if crc32(shadow.fixed()) != self.crc_fixed {
+                return Health::Lost;
+            }
+            *live = *shadow;
+        } else if crc32(live.fixed()) == self.crc_fixed {
+            *shadow = *live;
+        } else {
+            search.live_is_bad = true;
+            return Health::Unknown;
+        }
+        *search = Search::default();
+        if self.agrees() { Health::Restored } else { Health::Unknown }
+    }
+
+    /// Everything as bytes, for whoever injects faults.
+    pub fn as_bytes_mut(&mut self) -> &mut [u8] {
+        bytemuck::bytes_of_mut(self)
+    }
+}
+
+/// Compares the two copies of the thresholds and sums one up, a word a tick: at 1 kHz a round takes less than
+/// 100 ms.
+pub struct Scrub {
+    word: usize,
+    sum: Digest,
+    differs: bool,
+    /// The last round ended with the shadow put in the live copy's place.
+    replaced: bool,
+}
+
+const WORDS: usize = size_of::<Thresholds>() / 4;
+const _: () = assert!(WORDS < 99, "a round must end within 100 ms at 1 kHz");
+
+impl Scrub {
+    /// At the start of a round.
+    pub fn new() -> Self {
+        Self { word: 0, sum: digest(), differs: false, replaced: false }
+    }
+
+    /// One word on.
+    #[inline(always)]
+    pub fn step(&mut self, memory: &mut Memory) -> Health {
+        let live: &[u32; WORDS] = bytemuck::cast_ref(&memory.live.thresholds);
+        let shadow: &[u32; WORDS] = bytemuck::cast_ref(&memory.shadow.thresholds);
+        match (live.get(self.word), shadow.get(self.word)) {
+            (Some(a), Some(b)) => {
+                self.sum.update(&a.to_ne_bytes());
+                self.differs |= a != b;
+                self.word += 1;
+                Health::Good
+            }
+            _ => self.end(memory),
+        }
+    }
+
+    /// Judges a round and begins the next.
+    #[cold]
+    #[inline(never)]
+    fn end(&mut self, memory: &mut Memory) -> Health {
+        let round = core::mem::replace(self, Self::new());
+        if round.sum.finalize() == memory.crc_thresholds {
+            if !round.differs {
+                return Health::Good;
+            }
+            memory.shadow.thresholds = memory.live.thresholds;
+        } else if round.replaced {
+            return Health::Lost;
+        } else {
+            memory.live.thresholds = memory.shadow.thresholds;
+            self.replaced = true;
+        }
+        Health::Restored
+    }
+}

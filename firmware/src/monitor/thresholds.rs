@@ -1,0 +1,73 @@
+//! All limits of the monitors and times of the supervisor, in ticks, counts and codes. `config::Safety` says
+//! where each comes from.
+
+use bytemuck::{Pod, Zeroable};
+use shared::arm::JOINTS;
+
+use super::clock::ClockLimits;
+use super::motion::MotionLimits;
+use super::torque::TorqueLimits;
+use crate::config::Config;
+use crate::estimator::FRACTION_BITS;
+use crate::supervisor::Timing;
+
+/// How far a code may be from where it is expected, counts.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct EncoderLimits {
+    /// Under control.
+    pub tight: [u32; JOINTS],
+    /// Where a joint may be limp, dragged or braked.
+    pub wide: [u32; JOINTS],
+    /// Word steps a tick² for 1 rad/s² and 1 m/s².
+    pub per_acceleration: [f32; JOINTS],
+}
+
+/// Quantisation of three codes and the step of the model: half a count each, twice the middle one, and the
+/// rounding of two predictions; doubled.
+const QUANTISATION: f32 = 8.0;
+const WORDS: f32 = (1 << FRACTION_BITS) as f32;
+
+impl EncoderLimits {
+    /// For a validated configuration.
+    pub fn new(config: &Config) -> Self {
+        let (safety, tick_hz) = (&config.safety, config.tick_hz as f32);
+        let mut limits = Self::zeroed();
+        for (j, joint) in config.joints.iter().enumerate() {
+            // An acceleration moves the next code by its way in one tick squared.
+            let window = |a: f32| (QUANTISATION + a / (tick_hz * tick_hz * joint.encoder_lsb)) as u32;
+            limits.tight[j] = window(safety.unforeseen[j]);
+            limits.wide[j] = window(safety.violent[j]);
+            limits.per_acceleration[j] = WORDS / (tick_hz * tick_hz * joint.encoder_lsb);
+        }
+        limits
+    }
+}
+
+/// See the module's documentation.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Thresholds {
+    /// Plausibility of codes.
+    pub encoder: EncoderLimits,
+    /// Torque against its command.
+    pub torque: TorqueLimits,
+    /// Speed, range, distance.
+    pub motion: MotionLimits,
+    /// Time.
+    pub clock: ClockLimits,
+    /// Times of the supervisor.
+    pub timing: Timing,
+}
+
+impl Thresholds {
+    /// For a validated configuration; filled group by group, so that a small stack is enough.
+    #[inline(never)]
+    pub fn set(&mut self, config: &Config) {
+        self.encoder = EncoderLimits::new(config);
+        self.torque = TorqueLimits::new(config);
+        self.motion = MotionLimits::new(config);
+        self.clock = ClockLimits::new(config);
+        self.timing = Timing::new(config);
+    }
+}

@@ -1,0 +1,40 @@
+//! A straight line in joint space, for jogging and for stopping from a measured speed.
+
+use shared::arm::JOINTS;
+
+use super::{Path, Phase, Rate, SetPoint};
+
+/// Position words `origin + velocity · phase`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Line {
+    /// Position words at phase 0.
+    pub origin: [u32; JOINTS],
+    /// Word steps a tick at full rate, with 8 fractional bits.
+    pub velocity_q8: [i32; JOINTS],
+    /// The same in rad/s and m/s.
+    pub velocity: [f32; JOINTS],
+}
+
+impl Line {
+    /// The same velocity along the line that `path` follows, if it is one.
+    pub fn from(&self, path: &Path) -> Self {
+        match path {
+            Path::Line(line) => Self { origin: line.origin, ..*self },
+            Path::Curve(_) => *self,
+        }
+    }
+
+    /// The set-point at `phase`, passed at `rate`.
+    pub fn set_point_at(&self, phase: Phase, rate: Rate) -> SetPoint {
+        let mut set_point = SetPoint::default();
+        for j in 0..JOINTS {
+            let velocity = i64::from(self.velocity_q8[j]);
+            let whole = velocity.wrapping_mul(i64::from(phase.ticks)) >> 8;
+            let rest = (velocity * i64::from(phase.fraction >> 8)) >> 32;
+            set_point.position[j] = self.origin[j].wrapping_add((whole + rest) as u32);
+            set_point.velocity[j] = self.velocity[j] * rate.value;
+            set_point.acceleration[j] = self.velocity[j] * rate.slope_per_s;
+        }
+        set_point
+    }
+}

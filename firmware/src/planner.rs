@@ -1,0 +1,255 @@
+//! Turns commands into orders outside the tick, so that the tick only has to check whether they fit its mode.
+
+use core::num::NonZeroU32;
+
+use bytemuck::Zeroable;
+use shared::arm::JOINTS;
+use shared::command::{Command, GainName, Profile, Trajectory};
+use shared::fault::Refusal;
+
+use crate::JointVector;
+use crate::config::{Body, Config, Gains, Joint, Law};
+use crate::dynamics::Constants;
+use crate::estimator::FRACTION_BITS;
+use crate::law;
+use crate::memory::Gained;
+use crate::path::{DURATION_MAX, Line, Motion, Phase, Rate, Shaped};
+
+/// A command as the tick takes it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Order {
+    /// Preload torque, open the brakes, try each joint and hold the measured pose.
+    Arm,
+    /// Follow this motion, if it starts at the set-point.
+    Start(Motion),
+    /// Stop along the path, set the brakes, switch torque off.
+    Stop,
+    /// Leave a latched stop.
+    Clear,
+    /// Move along this line, whose origin the tick fills in, until the jog times out.
+    Jog(Line),
+    /// Use these gains.
+    SetGains(Gained),
+    /// Believe the pose at power-up.
+    ConfirmPose,
+    /// Take the arm to its rest pose: the answer to a slipped brake.
+    Lower(Motion),
+    /// The command cannot be followed from anywhere.
+    Refused(Refusal),
+}
+
+/// What planning needs of one joint.
+#[derive(Clone, Copy, Debug)]
+struct Range {
+    min_code: i32,
+    max_code: i32,
+    lsb: f32,
+    zero: f32,
+    qd_max: f32,
+    /// Torque that a stop may need.
+    tau_stop: f32,
+}
+
+impl Range {
+    fn new(joint: &Joint, reserve: f32) -> Self {
+        let code = |q: f32| ((q - joint.encoder_zero) / joint.encoder_lsb) as i32;
+        Self {
+            min_code: code(joint.q_min),
+            max_code: code(joint.q_max),
+            lsb: joint.encoder_lsb,
+            zero: joint.encoder_zero,
+            qd_max: joint.qd_max,
+            tau_stop: joint.tau_max * reserve,
+        }
+    }
+
+    fn position(&self, code: u32) -> f32 {
+        code as f32 * self.lsb + self.zero
+    }
+}
+
+/// Parts of a path at which its stop is computed.
+const PLACES: u32 = 16;
+/// Path rate and its slope times the duration of the stop, at 0, 1/4, 1/2 and 3/4 of a stop (`path::Ramp`).
+const STOP: [(f32, f32); 4] = [(1.0, 0.0), (0.843_75, -1.125), (0.5, -1.5), (0.156_25, -1.125)];
+/// A jog is stoppable where it is and where it will be after this time, s.
+const JOG_AHEAD_S: f32 = 0.5;
+/// Shortest way to the rest pose, ticks a second of it at any rate: one second.
+const LOWERING_MIN_S: f32 = 1.0;
+
+/// See the module's documentation.
+#[derive(Clone, Copy, Debug)]
+pub struct Planner {
+    ranges: [Range; JOINTS],
+    tick_hz: f32,
+    /// The arm with its rated payload.
+    rated: Constants,
+    stop_per_s: f32,
+    rest_pose: [f32; JOINTS - 1],
+    lowering_share: f32,
+    gains: Gains,
+}
+
+impl Planner {
+    /// For a validated configuration.
+    pub fn new(config: &Config) -> Self {
+        let safety = &config.safety;
+        let mut arm = config.arm;
+        let payload = Body::payload(safety.rated_payload_kg);
+        if arm.payload.mass_kg < payload.mass_kg {
+            arm.payload = payload;
+        }
+        let mut rated = Constants::zeroed();
+        rated.collect(&arm);
+        Self {
+            ranges: config.joints.map(|j| Range::new(&j, safety.torque_reserve)),
+            tick_hz: config.tick_hz as f32,
+            rated,
+            stop_per_s: 1.0 / safety.stop_s,
+            rest_pose: safety.rest_pose,
+            lowering_share: safety.lowering_share,
+            gains: config.gains,
+        }
+    }
+
+    /// The order for `command`, given the encoder codes of a moment ago.
+    pub fn plan(&mut self, command: &Command, codes: &[u32; JOINTS]) -> Order {
+        let planned = match command {
+            Command::Arm => Ok(Order::Arm),
+            Command::Stop => Ok(Order::Stop),
+            Command::Clear => Ok(Order::Clear),
+            Command::ConfirmPose => Ok(Order::ConfirmPose),
+            Command::Start(trajectory) => self.motion(trajectory).map(Order::Start),
+            Command::Jog(speeds) => self.jog(speeds, codes).map(Order::Jog),
+            Command::SetGain { name, values } => self.set_gain(*name, values).map(Order::SetGains),
+        };
+        planned.unwrap_or_else(Order::Refused)
+    }
+
+    /// The way to the rest pose from the pose at `codes`.
+    pub fn lower(&self, codes: &[u32; JOINTS]) -> Order {
+        let mut amplitude_q5 = [0; JOINTS];
+        let mut duration_s = LOWERING_MIN_S;
+        let places = self.ranges.iter().zip(codes).zip(&mut amplitude_q5).skip(1);
+        for (((range, &code), slot), rest) in places.zip(self.rest_pose) {
+            let way = rest - range.position(code);
+            let needed_s = way.abs() * Profile::Quintic.peak_rate() / (range.qd_max * self.lowering_share);
+            duration_s = if needed_s > duration_s { needed_s } else { duration_s };
+            *slot = (way / range.lsb * 32.0) as i32;
+        }
+        let trajectory = Trajectory {
+            profile: Profile::Quintic,
+            allow_velocity_step: false,
+            speed_limit_percent: 100,
+            duration_ticks: (duration_s * self.tick_hz) as u32,
+            origin_q6: codes.map(|code| code << FRACTION_BITS),
+            amplitude_q5,
+        };
+        match NonZeroU32::new(trajectory.duration_ticks).filter(|ticks| *ticks <= DURATION_MAX) {
+            Some(ticks) => Order::Lower(self.planned(&trajectory, ticks)),
+            None => Order::Refused(Refusal::BadDuration),
+        }
+    }
+
+    fn planned(&self, trajectory: &Trajectory, ticks: NonZeroU32) -> Motion {
+        Motion::new(trajectory, ticks, self.ranges.map(|r| r.lsb), self.tick_hz)
+    }
+
+    fn motion(&self, trajectory: &Trajectory) -> Result<Motion, Refusal> {
+        let ticks = NonZeroU32::new(trajectory.duration_ticks).ok_or(Refusal::BadDuration)?;
+        if ticks > DURATION_MAX {
+            return Err(Refusal::BadDuration);
+        }
+        if trajectory.profile == Profile::HalfSine && !trajectory.allow_velocity_step {
+            return Err(Refusal::VelocityStep);
+        }
+        let paths = trajectory.origin_q6.iter().zip(&trajectory.amplitude_q5);
+        for ((&origin, &span), range) in paths.zip(&self.ranges) {
+            let start = (origin >> FRACTION_BITS) as i32;
+            let end = start.saturating_add(span >> 5);
+            if [start, end].iter().any(|c| *c < range.min_code || *c > range.max_code) {
+                return Err(Refusal::OutOfRange);
+            }
+        }
+        let motion = self.planned(trajectory, ticks);
+        let share = f32::from(trajectory.speed_limit_percent) * 0.01;
+        let share = if share > 1.0 { 1.0 } else { share };
+        if motion.peak_speed().iter().zip(&self.ranges).any(|(v, range)| *v > range.qd_max * share) {
+            return Err(Refusal::TooFast);
+        }
+        if !(0..=PLACES).all(|place| self.stops_at(&motion, place)) {
+            return Err(Refusal::NotStoppable);
+        }
+        Ok(motion)
+    }
+
+    /// Whether a stop begun at this place of the motion stays within the torque reserve.
+    fn stops_at(&self, motion: &Motion, place: u32) -> bool {
+        let ticks = (u64::from(motion.duration_ticks()) * u64::from(place) / u64::from(PLACES)) as u32;
+        let phase = Phase { ticks, fraction: 0 };
+        STOP.iter().all(|&(value, slope)| {
+            let rate = Rate { value, slope_per_s: slope * self.stop_per_s };
+            let set_point = motion.set_point_at(phase, rate);
+            let q = JointVector::from_fn(|j, _| {
+                self.ranges[j].position(set_point.position[j] >> FRACTION_BITS)
+            });
+            self.affords(&q, &set_point.velocity.into(), &set_point.acceleration.into())
+        })
+    }
+
+    fn jog(&self, speeds: &[f32; JOINTS], codes: &[u32; JOINTS]) -> Result<Line, Refusal> {
+        let speeds = JointVector::from(*speeds);
+        if !speeds.iter().all(|v| v.is_finite()) {
+            return Err(Refusal::NotFinite);
+        }
+        if speeds.iter().zip(&self.ranges).any(|(v, range)| v.abs() > range.qd_max) {
+            return Err(Refusal::TooFast);
+        }
+        let here = JointVector::from_fn(|j, _| self.ranges[j].position(codes[j]));
+        for q in [here, here + speeds * JOG_AHEAD_S] {
+            let stops = STOP.iter().all(|&(value, slope)| {
+                self.affords(&q, &(speeds * value), &(speeds * (slope * self.stop_per_s)))
+            });
+            if !stops {
+                return Err(Refusal::NotStoppable);
+            }
+        }
+        let mut line = Line { velocity: speeds.into(), ..Line::default() };
+        for ((slot, v), range) in line.velocity_q8.iter_mut().zip(&speeds).zip(&self.ranges) {
+            // Word steps of 1/64 count a tick, 8 fractional bits.
+            *slot = (v / (range.lsb * self.tick_hz) * 16_384.0) as i32;
+        }
+        Ok(line)
+    }
+
+    /// Whether the torque of this state leaves the reserve.
+    fn affords(&self, q: &JointVector, qd: &JointVector, qdd: &JointVector) -> bool {
+        let terms = self.rated.at(q);
+        let torque = terms.inertia_times(qdd) + terms.coriolis(qd) + terms.gravity();
+        torque.iter().zip(&self.ranges).all(|(tau, range)| tau.abs() <= range.tau_stop)
+    }
+
+    fn set_gain(&mut self, name: u8, values: &[f32; JOINTS]) -> Result<Gained, Refusal> {
+        let (name, _) = *GainName::ALL.get(usize::from(name)).ok_or(Refusal::UnknownGain)?;
+        let mut gains = self.gains;
+        let of_pd = matches!(name, GainName::Kp | GainName::Kd);
+        if of_pd != (gains.law == Law::PD) {
+            return Err(Refusal::OtherLaw);
+        }
+        let [first, ..] = *values;
+        match name {
+            GainName::K1 => gains.k1 = *values,
+            GainName::K2 => gains.k2 = *values,
+            GainName::Wa => gains.wa_rad_s = first,
+            GainName::Psi => gains.psi = *values,
+            GainName::DMax => gains.d_max = *values,
+            GainName::Kp => gains.kp = *values,
+            GainName::Kd => gains.kd = *values,
+        }
+        if !gains.are_valid(self.tick_hz) {
+            return Err(Refusal::GainOutOfRange);
+        }
+        self.gains = gains;
+        Ok(Gained::new(&law::Coefficients::new(&gains, self.tick_hz)))
+    }
+}

@@ -1,0 +1,366 @@
+//! The supervisor: which mode the controller is in, what its pins may do, and where its set-point is.
+//!
+//! A mode holds the data that belong to it alone. Each tick it either stays, or is left by one named
+//! [`Exit`]; [`TRANSITIONS`] says where that leads. Every stop latches: only `Clear`, which configures and
+//! checks all devices anew, and `Arm`, which starts from the measured pose, lead back to motion. The one
+//! motion without an order is the lowering of an arm whose brake slips.
+
+mod enter;
+mod exit;
+mod follow;
+mod reaction;
+mod table;
+mod timing;
+
+use shared::arm::JOINTS;
+use shared::fault::{Fault, Limit, Mode as ModeCode};
+
+pub use follow::Follower;
+pub use reaction::{Reaction, clears};
+pub use table::{Exit, TRANSITIONS};
+pub use timing::Timing;
+
+use crate::estimator::{self, Observer};
+use crate::io::{Brakes, Levels};
+use crate::monitor::Finding;
+use crate::path::{Motion, Rate, SetPoint};
+use crate::planner::Order;
+
+/// Why the arm was stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cause {
+    /// The fault and the joints that it names.
+    pub finding: Finding,
+    /// Joints without torque, their brakes set, one bit each.
+    pub isolated: u8,
+}
+
+impl Cause {
+    fn new(finding: Finding) -> Self {
+        let isolates = Reaction::to(finding.fault) == Reaction::Isolate;
+        Self { finding, isolated: if isolates { finding.joints } else { 0 } }
+    }
+}
+
+/// Present mode with what belongs to it alone.
+// A tag of its own, a word wide: one in a field's unused values has to be worked out at each use, and a
+// byte makes copies byte-wise.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Mode {
+    /// Devices are being configured.
+    Boot {
+        /// Ticks since reset, or since boot started over.
+        ticks: u32,
+        /// What keeps it from ending, once known.
+        complaint: Fault,
+    },
+    /// Ready, brakes set, torque off.
+    Standby {
+        /// Codes that the brakes hold.
+        codes: [u32; JOINTS],
+    },
+    /// Torque holds against the brakes, they open, then each joint shows that it is free.
+    Arming {
+        /// Ticks since the order.
+        ticks: u32,
+        /// Ticks since the last brake reported open, and the measured position words then.
+        open: u32,
+        /// Pose to hold, position words.
+        pose: [u32; JOINTS],
+        /// Where the test move began, position words.
+        began: [u32; JOINTS],
+    },
+    /// Brakes open, holding a pose.
+    Holding {
+        /// Pose to hold, position words.
+        pose: [u32; JOINTS],
+    },
+    /// Brakes open, following a trajectory.
+    Moving(Motion),
+    /// Brakes open, following a line while its order is repeated.
+    Jogging {
+        /// The line and its rate.
+        follower: Follower,
+        /// Ticks since the last order.
+        quiet: u32,
+    },
+    /// The path rate is on its way to zero.
+    Stopping {
+        /// What is left of the path.
+        follower: Follower,
+        /// Why.
+        cause: Cause,
+    },
+    /// At rest under torque, brakes set.
+    BrakeHold {
+        /// Pose to hold, position words.
+        pose: [u32; JOINTS],
+        /// Ticks since the brakes were told.
+        ticks: u32,
+        /// Ticks since the last of them reported closed.
+        closed: u32,
+        /// Why.
+        cause: Cause,
+    },
+    /// Torque off, the brakes are setting.
+    TorqueOff {
+        /// Ticks since then.
+        ticks: u32,
+        /// Why.
+        cause: Cause,
+    },
+    /// Brakes set, torque off, until cleared.
+    Latched {
+        /// Codes that the brakes hold.
+        codes: [u32; JOINTS],
+        /// Why.
+        cause: Cause,
+    },
+    /// A brake slipped: torque is back, the brakes open, then the arm goes to its rest pose.
+    Lowering {
+        /// Ticks since torque came back.
+        ticks: u32,
+        /// Pose to hold until the way is planned, position words.
+        pose: [u32; JOINTS],
+        /// The way, once planned.
+        motion: Option<Motion>,
+        /// Why.
+        cause: Cause,
+    },
+}
+
+/// What the supervisor is told each tick.
+#[derive(Clone, Copy, Debug)]
+pub struct Events<'a> {
+    /// Order that arrived, if any.
+    pub order: Option<&'a Order>,
+    /// Estimates: where the measured pose is.
+    pub observers: &'a [Observer; JOINTS],
+    /// Scales of the estimates.
+    pub scales: &'a [estimator::Scale; JOINTS],
+    /// Last believed codes.
+    pub codes: [u32; JOINTS],
+    /// Every sensor has reported, every converter is configured, the pose is believed.
+    pub ready: bool,
+    /// What keeps boot from ending.
+    pub complaint: Fault,
+    /// What the brakes report.
+    pub brakes: Brakes,
+    /// Both contacts of the emergency stop are closed, and have shown that they agree.
+    pub stop_released: bool,
+    /// The gravest thing that a monitor found this tick.
+    pub finding: Finding,
+    /// Joints that the model alone knows, one bit each.
+    pub blind: u8,
+    /// Ticks since the operator's last authentic frame.
+    pub silence: u32,
+}
+
+/// All joints.
+pub const ALL: u8 = 0b1111;
+
+impl Mode {
+    /// Mode at reset.
+    pub const RESET: Self = Self::Boot { ticks: 0, complaint: Fault::None };
+
+    /// One tick along a trajectory, if there is nothing else to decide.
+    #[inline(always)]
+    pub fn glides(&mut self) -> bool {
+        match self {
+            Self::Moving(motion) if !motion.is_over() => {
+                motion.phase.ticks += 1;
+                true
+            }
+            _ => false,
+        }
+    }
+
+    /// Pin levels that belong to this mode.
+    #[inline(always)]
+    pub fn levels(&self, timing: &Timing) -> Levels {
+        match self {
+            Self::Moving(_) | Self::Holding { .. } | Self::Jogging { .. } => Levels::LIVE,
+            Self::Boot { ticks, .. } if *ticks < timing.reset => Levels::RESET,
+            Self::Boot { .. }
+            | Self::Standby { .. }
+            | Self::TorqueOff { .. }
+            | Self::Latched { .. } => Levels::OFF,
+            Self::Arming { ticks, .. } | Self::Lowering { ticks, .. } => {
+                if *ticks >= timing.preload { Levels::LIVE } else { Levels::BRAKED }
+            }
+            Self::Stopping { cause, .. } => Levels::LIVE.without(cause.isolated),
+            Self::BrakeHold { cause, .. } => Levels::BRAKED.without(cause.isolated),
+        }
+    }
+
+    /// Whether the converters may be spoken to.
+    pub fn converters_awake(&self, timing: &Timing) -> bool {
+        !matches!(self, Self::Boot { ticks, .. } if *ticks < timing.settle)
+    }
+
+    /// Set-point of the law; `None` where no torque is wanted.
+    #[inline(always)]
+    pub fn set_point(&self, timing: &Timing) -> Option<SetPoint> {
+        match self {
+            Self::Moving(motion) => Some(motion.set_point()),
+            Self::Holding { pose } | Self::BrakeHold { pose, .. } => Some(SetPoint::hold(*pose)),
+            _ => self.rare_set_point(timing),
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn rare_set_point(&self, timing: &Timing) -> Option<SetPoint> {
+        match self {
+            Self::Arming { open, pose, .. } => Some(test_move(timing, *open, pose)),
+            Self::Jogging { follower, .. } | Self::Stopping { follower, .. } => {
+                Some(follower.set_point(&timing.pace()))
+            }
+            Self::Lowering { motion: Some(motion), .. } => Some(motion.set_point()),
+            Self::Lowering { pose, .. } => Some(SetPoint::hold(*pose)),
+            _ => None,
+        }
+    }
+
+    /// Whether the brakes are open and the set-point is followed, so that the arm's motion tells of
+    /// disturbances.
+    #[inline(always)]
+    pub fn adapts(&self) -> bool {
+        matches!(
+            self,
+            Self::Moving(_)
+                | Self::Holding { .. }
+                | Self::Jogging { .. }
+                | Self::Stopping { .. }
+                | Self::Lowering { motion: Some(_), .. }
+        )
+    }
+
+    /// Whether the joints have to follow the set-point at all times.
+    #[inline(always)]
+    pub fn follows(&self) -> bool {
+        self.adapts()
+    }
+
+    /// Ticks since the trajectory started; 0 without one.
+    #[inline(always)]
+    pub fn phase(&self) -> u32 {
+        match self {
+            Self::Moving(motion) | Self::Lowering { motion: Some(motion), .. } => {
+                motion.phase.ticks
+            }
+            _ => 0,
+        }
+    }
+
+    /// Path rate for telemetry.
+    #[inline(always)]
+    pub fn rate(&self, timing: &Timing) -> Rate {
+        match self {
+            Self::Moving(_) | Self::Lowering { motion: Some(_), .. } => Rate::FULL,
+            Self::Jogging { follower, .. } | Self::Stopping { follower, .. } => {
+                follower.rate(&timing.pace())
+            }
+            _ => Rate::ZERO,
+        }
+    }
+
+    /// Reacts to what was found after this mode's turn.
+    #[cold]
+    #[inline(never)]
+    pub fn react(&mut self, timing: &Timing, events: &Events<'_>) {
+        if let Some(exit) = self.forced(events.finding) {
+            self.leave(exit, events.finding, timing, events);
+        }
+    }
+
+    /// What limits the arm in this mode, one bit a [`Limit`].
+    #[inline(always)]
+    pub fn limits(&self, timing: &Timing) -> u16 {
+        match self {
+            Self::BrakeHold { ticks, closed: 0, .. } if *ticks > timing.brake_set => {
+                1 << Limit::BrakeFeedback as u16
+            }
+            Self::Jogging { follower, quiet } if follower.goal() == 0 && *quiet <= timing.jog => {
+                1 << Limit::SoftPosition as u16
+            }
+            _ => 0,
+        }
+    }
+
+    /// Time has passed by this many ticks more or less than one: the path goes with it.
+    #[cold]
+    #[inline(never)]
+    pub fn catch_up(&mut self, ticks: f32) {
+        if let Self::Moving(motion) = self {
+            motion.phase = motion.phase.advanced(ticks);
+        }
+    }
+
+    /// Joints without torque, one bit each.
+    #[inline(always)]
+    pub fn isolated(&self) -> u8 {
+        self.cause().map_or(0, |cause| cause.isolated)
+    }
+
+    /// Why the arm was stopped, if it was.
+    #[inline(always)]
+    pub fn cause(&self) -> Option<&Cause> {
+        match self {
+            Self::Stopping { cause, .. }
+            | Self::BrakeHold { cause, .. }
+            | Self::TorqueOff { cause, .. }
+            | Self::Latched { cause, .. }
+            | Self::Lowering { cause, .. } => Some(cause),
+            _ => None,
+        }
+    }
+
+    /// The fault for telemetry: the latched one, or what keeps boot from ending.
+    #[inline(always)]
+    pub fn finding(&self) -> Finding {
+        match self {
+            Self::Boot { complaint, .. } => Finding::new(*complaint),
+            _ => self.cause().map_or(Finding::NONE, |cause| cause.finding),
+        }
+    }
+
+    /// Mode number for telemetry.
+    #[inline(always)]
+    pub fn code(&self) -> ModeCode {
+        match self {
+            Self::Boot { .. } => ModeCode::Boot,
+            Self::Standby { .. } => ModeCode::Standby,
+            Self::Arming { .. } => ModeCode::Arming,
+            Self::Holding { .. } => ModeCode::Holding,
+            Self::Moving(_) => ModeCode::Moving,
+            Self::Jogging { .. } => ModeCode::Jogging,
+            Self::Stopping { .. } => ModeCode::Stopping,
+            Self::BrakeHold { .. } => ModeCode::BrakeHold,
+            Self::TorqueOff { .. } => ModeCode::TorqueOff,
+            Self::Latched { .. } => ModeCode::Latched,
+            Self::Lowering { .. } => ModeCode::Lowering,
+        }
+    }
+}
+
+/// Set-point of the test move `open` ticks after the brakes opened: out and back along 16 x² (1 - x)².
+fn test_move(timing: &Timing, open: u32, pose: &[u32; JOINTS]) -> SetPoint {
+    let mut set_point = SetPoint::hold(*pose);
+    let tick = open.saturating_sub(timing.calm);
+    if tick == 0 || tick >= timing.test {
+        return set_point;
+    }
+    let x = tick as f32 * timing.test_per_tick;
+    let y = x * (1.0 - x);
+    let (s, ds, dds) = (16.0 * y * y, 32.0 * y * (1.0 - 2.0 * x), 32.0 * (1.0 - 6.0 * y));
+    let (ds, dds) = (ds * timing.test_per_s, dds * (timing.test_per_s * timing.test_per_s));
+    for j in 0..JOINTS {
+        let words = crate::math::round_to_i32(timing.test_words[j] * s);
+        set_point.position[j] = pose[j].wrapping_add_signed(words);
+        set_point.velocity[j] = timing.test_move[j] * ds;
+        set_point.acceleration[j] = timing.test_move[j] * dds;
+    }
+    set_point
+}

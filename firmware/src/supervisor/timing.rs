@@ -1,0 +1,113 @@
+//! Times of the supervisor in ticks.
+
+use bytemuck::{Pod, Zeroable};
+use shared::arm::JOINTS;
+
+use crate::config::Config;
+use crate::estimator::FRACTION_BITS;
+use crate::path::Pace;
+
+/// Times, and what else the supervisor compares with.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Timing {
+    /// Converters are held in reset this long.
+    pub reset: u32,
+    /// From reset to the first frame to a converter.
+    pub settle: u32,
+    /// Boot starts over after this long.
+    pub boot: u32,
+    /// Torque is on this long before the brakes are told to open.
+    pub preload: u32,
+    /// Brakes must report open this long after they were told.
+    pub brake_open: u32,
+    /// From then to the test move.
+    pub calm: u32,
+    /// Duration of the test move, and its inverse.
+    pub test: u32,
+    pub(crate) test_per_tick: f32,
+    pub(crate) test_per_s: f32,
+    /// Its amplitude in position words, and in rad and m.
+    pub(crate) test_words: [f32; JOINTS],
+    pub(crate) test_move: [f32; JOINTS],
+    /// Duration of a stop, its inverse in ticks and in seconds.
+    stop: f32,
+    stop_per_tick: f32,
+    stop_per_s: f32,
+    /// Brakes must report closed this long after they were told.
+    pub brake_set: u32,
+    /// Torque stays on this long after that.
+    pub torque_tail: u32,
+    /// Longest silence of the operator link while moving.
+    pub link: u32,
+    /// A jog goes on this long after its last order.
+    pub jog: u32,
+    /// The contacts of the emergency stop may disagree this long: they never switch in the same instant.
+    pub contacts: u32,
+    /// A set joint that moved this far has slipped, counts.
+    pub(crate) slip: [u32; JOINTS],
+    /// Range of motion of a jog, position words.
+    pub(crate) lowest: [u32; JOINTS],
+    pub(crate) highest: [u32; JOINTS],
+    /// Distance from the parked pose that is believed, counts.
+    pub(crate) parked: [u32; JOINTS],
+}
+
+/// An encoder's noise is one count; four are motion.
+const SLIP_MIN_COUNTS: u32 = 4;
+
+impl Timing {
+    /// For a validated configuration.
+    pub fn new(config: &Config) -> Self {
+        let (safety, tick_hz) = (&config.safety, config.tick_hz as f32);
+        let ticks = |seconds: f32| (seconds * tick_hz + 0.5) as u32;
+        let stop = safety.stop_s * tick_hz;
+        let mut timing = Self {
+            // Both converters want a reset pulse of micro-seconds and are ready after milli-seconds
+            // (ADS131M04 section 8.4.1, DAC81404 section 7.4).
+            reset: ticks(0.002),
+            settle: ticks(0.012),
+            boot: ticks(0.5),
+            preload: ticks(safety.preload_s),
+            brake_open: ticks(safety.brake_open_s),
+            // Five time constants of the slowest law's 50 rad/s take up what the model lacks.
+            calm: ticks(0.1),
+            test: ticks(safety.test_move_s),
+            test_per_tick: 1.0 / (safety.test_move_s * tick_hz),
+            test_per_s: 1.0 / safety.test_move_s,
+            test_move: safety.test_move,
+            stop,
+            stop_per_tick: 1.0 / stop,
+            stop_per_s: 1.0 / safety.stop_s,
+            brake_set: ticks(safety.brake_set_s),
+            torque_tail: ticks(safety.torque_tail_s),
+            link: ticks(safety.link_timeout_s),
+            jog: ticks(safety.jog_timeout_s),
+            contacts: ticks(0.050),
+            ..Self::zeroed()
+        };
+        timing.measure(config);
+        timing
+    }
+
+    /// Fills in what is kept in counts and position words; casts stop at what a word holds.
+    fn measure(&mut self, config: &Config) {
+        let safety = &config.safety;
+        let words = (1 << FRACTION_BITS) as f32;
+        for (j, joint) in config.joints.iter().enumerate() {
+            let code = |q: f32| (q - joint.encoder_zero) / joint.encoder_lsb;
+            let counts = |way: f32| (way / joint.encoder_lsb) as u32;
+            self.test_words[j] = safety.test_move[j] / joint.encoder_lsb * words;
+            let slip = counts(safety.slip[j]);
+            self.slip[j] = if slip > SLIP_MIN_COUNTS { slip } else { SLIP_MIN_COUNTS };
+            self.lowest[j] = (code(joint.q_min) * words) as u32;
+            self.highest[j] = (code(joint.q_max) * words) as u32;
+            self.parked[j] = counts(safety.parked_tolerance);
+        }
+    }
+
+    /// Pace of a stop.
+    pub fn pace(&self) -> Pace {
+        Pace { ticks: self.stop, per_tick: self.stop_per_tick, per_s: self.stop_per_s }
+    }
+}
