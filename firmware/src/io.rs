@@ -88,7 +88,20 @@ pub struct Brakes {
 
 impl<O: OutputPin> Outputs<O> {
     /// Drives every pin but LDAC and the watchdog's; `false` if one could not be driven.
+    #[inline(always)]
     pub fn drive(&mut self, levels: Levels) -> bool {
+        // Constant levels cost no bit arithmetic.
+        if levels == Levels::LIVE { self.drive_to(Levels::LIVE) } else { self.drive_rare(levels) }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn drive_rare(&mut self, levels: Levels) -> bool {
+        self.drive_to(levels)
+    }
+
+    #[inline(always)]
+    fn drive_to(&mut self, levels: Levels) -> bool {
         let converters = PinState::from(levels.converters);
         let mut driven = true;
         for (j, pin) in self.drive_enable.iter_mut().enumerate() {

@@ -81,21 +81,27 @@ pub struct Wanted {
 }
 
 impl Coefficients {
-    /// z = K1 e1 + e1'; nothing that the PD knows.
+    /// The acceleration that the law asks for, rad/s² and m/s²: its gains show in nothing else.
+    pub fn acceleration(&self, s: &State) -> JointVector {
+        match self.law {
+            Law::PD => self.pd(s),
+            _ => self.backstepping(s, &self.z(s)),
+        }
+    }
+
+    #[inline(always)]
+    fn pd(&self, s: &State) -> JointVector {
+        s.qdd_d - self.k1.component_mul(&s.e1_dot) - self.k2.component_mul(&s.e1)
+    }
+
     #[inline(always)]
     fn z(&self, s: &State) -> JointVector {
         self.k1.component_mul(&s.e1) + s.e1_dot
     }
 
-    /// The acceleration that the law asks for, rad/s² and m/s²: its gains show in nothing else.
     #[inline(always)]
-    pub fn acceleration(&self, s: &State) -> JointVector {
-        match self.law {
-            Law::PD => s.qdd_d - self.k1.component_mul(&s.e1_dot) - self.k2.component_mul(&s.e1),
-            _ => {
-                s.qdd_d - self.k1.component_mul(&s.e1_dot) - self.k2.component_mul(&self.z(s))
-            }
-        }
+    fn backstepping(&self, s: &State, z: &JointVector) -> JointVector {
+        s.qdd_d - self.k1.component_mul(&s.e1_dot) - self.k2.component_mul(z)
     }
 }
 
@@ -104,15 +110,17 @@ impl Coefficients {
 pub fn evaluate(c: &Coefficients, arm: &Constants, s: &State, d_hat: &JointVector) -> Wanted {
     let terms = arm.at(&s.q);
     let bias = terms.coriolis(&s.qd) + terms.gravity();
-    let acceleration = c.acceleration(s);
-    let torque = terms.inertia_times(&acceleration) + bias;
-    match c.law {
-        Law::PD => Wanted { torque, acceleration, adaptation: JointVector::repeat(0.0) },
-        _ => Wanted {
-            torque: torque + d_hat,
-            acceleration,
-            adaptation: c.rate.component_mul(&delta(c.law, &terms, &c.z(s))),
-        },
+    if c.law == Law::PD {
+        let acceleration = c.pd(s);
+        let torque = terms.inertia_times(&acceleration) + bias;
+        return Wanted { torque, acceleration, adaptation: JointVector::repeat(0.0) };
+    }
+    let z = c.z(s);
+    let acceleration = c.backstepping(s, &z);
+    Wanted {
+        torque: terms.inertia_times(&acceleration) + bias + d_hat,
+        acceleration,
+        adaptation: c.rate.component_mul(&delta(c.law, &terms, &z)),
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! The tick compares the coefficients with their shadow word by word before it uses them. Where they differ,
 //! a CRC-32 says which copy is right; that takes up to two ticks, in which the drives keep their torque.
-//! The thresholds are compared and summed up a word a tick, in the background.
+//! The thresholds are compared a word a tick, and summed up over some ticks where they differ.
 
 use core::mem::{offset_of, size_of};
 
@@ -88,28 +88,21 @@ pub struct Estimates {
     pub d_hat: JointVector,
 }
 
-/// One copy of what the configuration became.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct Copy {
-    /// Compared at every tick.
-    pub coefficients: Coefficients,
-    /// Compared in turn.
-    pub thresholds: Thresholds,
-}
-
-/// See the module's documentation.
+/// See the module's documentation. What a tick uses comes first: loads of floats do not reach far.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct Memory {
-    /// What a tick uses.
-    pub live: Copy,
-    shadow: Copy,
+    /// State of the estimator.
+    pub estimates: Estimates,
+    /// Compared at every tick.
+    pub coefficients: Coefficients,
+    shadow: Coefficients,
+    /// Compared in turn.
+    pub thresholds: Thresholds,
+    shadow_thresholds: Thresholds,
     crc_fixed: u32,
     crc_law: u32,
     crc_thresholds: u32,
-    /// State of the estimator.
-    pub estimates: Estimates,
 }
 
 /// What the check of the parameters says.
@@ -136,25 +129,26 @@ impl Memory {
     /// Takes a configuration.
     #[inline(never)]
     pub fn set(&mut self, config: &Config) {
-        self.live.coefficients.set(config);
-        self.live.thresholds.set(config);
-        self.crc_fixed = crc32(self.live.coefficients.fixed());
-        self.crc_law = crc32(bytemuck::bytes_of(&self.live.coefficients.law));
-        self.crc_thresholds = crc32(bytemuck::bytes_of(&self.live.thresholds));
-        self.shadow = self.live;
+        self.coefficients.set(config);
+        self.thresholds.set(config);
+        self.crc_fixed = crc32(self.coefficients.fixed());
+        self.crc_law = crc32(bytemuck::bytes_of(&self.coefficients.law));
+        self.crc_thresholds = crc32(bytemuck::bytes_of(&self.thresholds));
+        self.shadow = self.coefficients;
+        self.shadow_thresholds = self.thresholds;
     }
 
     /// Takes new gains, in both copies.
     pub fn gain(&mut self, gained: &Gained) {
-        self.live.coefficients.law = gained.law;
-        self.shadow.coefficients.law = gained.law;
+        self.coefficients.law = gained.law;
+        self.shadow.law = gained.law;
         self.crc_law = gained.crc;
     }
 
     /// Whether both copies of the coefficients hold the same words.
     #[inline(always)]
     pub fn agrees(&self) -> bool {
-        let pairs = self.live.coefficients.words().iter().zip(self.shadow.coefficients.words());
+        let pairs = self.coefficients.words().iter().zip(self.shadow.words());
         pairs.fold(0, |difference, (a, b)| difference | (a ^ b)) == 0
     }
 
@@ -163,7 +157,7 @@ impl Memory {
     #[cold]
     #[inline(never)]
     pub fn search(&mut self, search: &mut Search) -> Health {
-        let (live, shadow) = (&mut self.live.coefficients, &mut self.shadow.coefficients);
+        let (live, shadow) = (&mut self.coefficients, &mut self.shadow);
         if live.law != shadow.law {
             let good = |c: &Coefficients| crc32(bytemuck::bytes_of(&c.law)) == self.crc_law;
             match (good(live), good(shadow)) {
@@ -192,57 +186,64 @@ impl Memory {
     }
 }
 
-/// Compares the two copies of the thresholds and sums one up, a word a tick: at 1 kHz a round takes less than
-/// 100 ms.
+/// Compares the two copies of the thresholds, a word a tick: at 1 kHz a round takes less than 100 ms. Where they
+/// differ, the live one is summed up piece by piece to see which is right.
+#[derive(Clone, Default)]
 pub struct Scrub {
     word: usize,
+    trial: Option<Trial>,
+}
+
+/// A sum under way.
+#[derive(Clone)]
+struct Trial {
+    at: usize,
     sum: Digest,
-    differs: bool,
-    /// The last round ended with the shadow put in the live copy's place.
-    replaced: bool,
+    /// The shadow has taken the live copy's place already.
+    last: bool,
 }
 
 const WORDS: usize = size_of::<Thresholds>() / 4;
 const _: () = assert!(WORDS < 99, "a round must end within 100 ms at 1 kHz");
+/// Bytes summed up in a tick.
+const PIECE: usize = 16;
 
 impl Scrub {
-    /// At the start of a round.
-    pub fn new() -> Self {
-        Self { word: 0, sum: digest(), differs: false, replaced: false }
-    }
-
-    /// One word on.
+    /// One word on; what is known of the two copies.
     #[inline(always)]
     pub fn step(&mut self, memory: &mut Memory) -> Health {
-        let live: &[u32; WORDS] = bytemuck::cast_ref(&memory.live.thresholds);
-        let shadow: &[u32; WORDS] = bytemuck::cast_ref(&memory.shadow.thresholds);
-        match (live.get(self.word), shadow.get(self.word)) {
-            (Some(a), Some(b)) => {
-                self.sum.update(&a.to_ne_bytes());
-                self.differs |= a != b;
-                self.word += 1;
-                Health::Good
-            }
-            _ => self.end(memory),
+        let live: &[u32; WORDS] = bytemuck::cast_ref(&memory.thresholds);
+        let shadow: &[u32; WORDS] = bytemuck::cast_ref(&memory.shadow_thresholds);
+        let word = self.word;
+        self.word = if word + 1 < WORDS { word + 1 } else { 0 };
+        if live.get(word) == shadow.get(word) && self.trial.is_none() {
+            Health::Good
+        } else {
+            self.judge(memory)
         }
     }
 
-    /// Judges a round and begins the next.
     #[cold]
     #[inline(never)]
-    fn end(&mut self, memory: &mut Memory) -> Health {
-        let round = core::mem::replace(self, Self::new());
-        if round.sum.finalize() == memory.crc_thresholds {
-            if !round.differs {
-                return Health::Good;
-            }
-            memory.shadow.thresholds = memory.live.thresholds;
-        } else if round.replaced {
-            return Health::Lost;
-        } else {
-            memory.live.thresholds = memory.shadow.thresholds;
-            self.replaced = true;
+    fn judge(&mut self, memory: &mut Memory) -> Health {
+        let fresh = || Trial { at: 0, sum: digest(), last: false };
+        let mut trial = self.trial.take().unwrap_or_else(fresh);
+        let bytes = bytemuck::bytes_of(&memory.thresholds);
+        if let Some(piece) = bytes.get(trial.at..).filter(|rest| !rest.is_empty()) {
+            trial.sum.update(piece.get(..PIECE).unwrap_or(piece));
+            trial.at += PIECE;
+            self.trial = Some(trial);
+            return Health::Unknown;
         }
-        Health::Restored
+        if trial.sum.finalize() == memory.crc_thresholds {
+            memory.shadow_thresholds = memory.thresholds;
+            return Health::Restored;
+        }
+        if trial.last {
+            return Health::Lost;
+        }
+        memory.thresholds = memory.shadow_thresholds;
+        self.trial = Some(Trial { last: true, ..fresh() });
+        Health::Unknown
     }
 }

@@ -100,8 +100,8 @@ impl Software {
     }
 
     /// What the configuration became, for comparison with another build.
-    pub fn coefficient_bytes(&self) -> &[u8] {
-        self.executive.coefficient_bytes()
+    pub fn parameter_bytes(&self) -> Vec<u8> {
+        self.executive.parameter_bytes().concat()
     }
 }
 

@@ -20,21 +20,20 @@ pub const STAGES: &[Stage] = &[
         &[
             "drivers::encoder::",
             "Ads131m04",
-            "Executive<S,O,I>::sample",
-            "Executive<S,O,I>::miss",
-            "Executive<S,O,I>::regain",
         ],
     ),
-    ("estimate", &["estimator::", "Executive<S,O,I>::state"]),
-    ("trajectory", &["trajectory::", "Mode::set_point"]),
+    ("memory", &["firmware::memory::"]),
+    ("estimate", &["estimator::", "Executive<S,O,I>>::state"]),
+    ("monitor", &["firmware::monitor::", "executive::sample::"]),
+    ("trajectory", &["firmware::path::", "supervisor::follow::", "set_point"]),
     ("kinematics and dynamics", &["firmware::dynamics::"]),
-    ("law and adaptation", &["firmware::law::", "Executive<S,O,I>::control"]),
-    ("supervise", &["Executive<S,O,I>::supervise", "Mode::", "Executive<S,O,I>::monitor"]),
+    ("law and adaptation", &["firmware::law::", "executive::control::"]),
+    ("supervise", &["executive::supervise::", "firmware::supervisor::"]),
     (
         "encode and write",
-        &["Executive<S,O,I>::write", "Dac81404", "firmware::io::", "Executive<S,O,I>::update"],
+        &["Dac81404", "firmware::io::", "executive::output::"],
     ),
-    ("telemetry", &["Executive<S,O,I>::publish"]),
+    ("telemetry", &["Executive<S,O,I>>::publish"]),
 ];
 
 /// Index of the emulator link in [`STAGES`]: wire time on silicon, left out of every sum.
@@ -69,7 +68,7 @@ pub fn trace(image: &Image, plugin: &std::path::Path, scenario: &Scenario) -> Tr
     let arguments = trace::arguments(image, &request).expect("a price list");
     let mut session = Session::new(scenario, false);
     let config = config_of(scenario);
-    let mut board = Emulator::start_with(&image.path, &config, session.bench(), &arguments)
+    let mut board = Emulator::start_with(&image.path, &config, session.retained(), session.bench(), &arguments)
         .expect("the emulator starts");
     while !session.is_over() {
         session.tick(&mut board).expect("the emulator goes on");

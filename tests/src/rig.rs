@@ -6,9 +6,9 @@ use std::rc::Rc;
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::spi::{self, Operation, SpiDevice};
 use firmware::config::Config;
-use firmware::executive::{Executive, RecordSink, TickInput};
+use firmware::executive::{Executive, RecordSink, Retained, TickInput};
 use firmware::io::{Io, Outputs};
-use firmware::trajectory::Planner;
+use firmware::planner::Planner;
 use hil_sim::bench::{self, Bench, Device, Handle, Input, Motion, Output};
 use hil_sim::plant::{Disturbance, FRICTION, Plant, RATIOS, Ratios};
 use shared::arm::{Arm, JOINTS, Q0, REFERENCE};
@@ -85,6 +85,7 @@ pub struct Rig {
     planner: Planner,
     arm: Arm,
     tick_s: f64,
+    cycles: u32,
     torque: [f64; JOINTS],
 }
 
@@ -98,13 +99,15 @@ impl Rig {
         let bench = Rc::new(RefCell::new(Bench::new(&arm, skew_s, 1)));
         let (io, devices, pins) = tap(&bench);
         let mut controller = Executive::new(io);
-        controller.configure(config).expect("a configuration in range");
+        let retained = Retained { parked: Some(std::array::from_fn(|j| code(&arm, j))) };
+        controller.configure(config, config.crc(), retained).expect("a configuration in range");
         Self {
             plant: Plant::at_rest(&arm, Q0, Disturbance::new(FRICTION, Ratios::Fixed(RATIOS)), 1),
             last: Record::default(),
             controller,
             planner: Planner::new(config),
             tick_s: 1.0 / f64::from(config.tick_hz),
+            cycles: 0,
             torque: [0.0; JOINTS],
             bench,
             devices,
@@ -122,8 +125,16 @@ impl Rig {
             qdd: self.plant.acceleration(&self.torque),
         });
         let mut sink = Last(self.last);
-        let order = command.map(|command| self.planner.plan(&command));
-        self.controller.tick(&TickInput { order: order.as_ref() }, &mut sink);
+        let order = command.map(|command| self.planner.plan(&command, &self.last.code));
+        let input = TickInput {
+            order: order.as_ref(),
+            alive: true,
+            cycles: self.cycles,
+            spent: 2_000,
+            conversions: self.bench.borrow().conversions(),
+        };
+        self.controller.tick(&input, &mut sink);
+        self.cycles = self.cycles.wrapping_add((168e6 * self.tick_s) as u32);
         self.last = sink.0;
         let commands = self.bench.borrow().drive_commands();
         self.torque = std::array::from_fn(|j| commands[j] * self.arm.drive_full_scale[j]);
@@ -186,4 +197,9 @@ fn tap(bench: &Rc<RefCell<Bench>>) -> (TappedIo, [Rc<Line>; JOINTS + 2], Vec<Rc<
         inputs,
     };
     (io, devices, pins)
+}
+
+/// Code of joint `j` in the start pose.
+fn code(arm: &Arm, j: usize) -> u32 {
+    ((Q0[j] - arm.encoders[j].zero) / arm.encoders[j].lsb) as u32
 }

@@ -104,6 +104,14 @@ impl Constants {
     }
 }
 
+impl Constants {
+    /// M(q) `a` at the pose `q`, for where it is wanted alone.
+    #[inline(never)]
+    pub fn inertia_times(&self, q: &JointVector, a: &JointVector) -> JointVector {
+        self.at(q).inertia_times(a)
+    }
+}
+
 impl Terms<'_> {
     /// M(q) `a`, N m and N for `a` in rad/s² and m/s².
     #[inline(always)]

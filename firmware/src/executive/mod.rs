@@ -21,6 +21,7 @@ use crate::drivers::dac81404::Dac81404;
 use crate::io::Io;
 use crate::memory::{Memory, Scrub, Search};
 use crate::monitor::{Bucket, Clock, Findings, Motions, Torques, Track};
+use crate::path::SetPoint;
 use crate::planner::Order;
 use crate::supervisor::Mode;
 
@@ -75,23 +76,25 @@ struct Contacts {
     open: bool,
 }
 
-/// What the last tick under control left for the monitors.
+/// What the last ticks under control left for the monitors.
 #[derive(Clone, Copy, Debug)]
 struct Trace {
     /// The law computed the torque.
     in_control: bool,
+    /// The arm's motion tells of disturbances.
+    adapts: bool,
     /// Ticks for which samples get a wider window: torque was at its limit.
     loose: u8,
-    /// Set-point, position words.
-    target: [u32; JOINTS],
+    /// Set-point.
+    aim: SetPoint,
     /// Speed less its set-point, rad/s and m/s.
     speed_error: JointVector,
-    /// Last wanted acceleration, and what codes are expected to show at the next tick and the one after,
-    /// word steps a tick².
-    wanted: JointVector,
-    expected: [JointVector; 2],
-    /// Torque written, torque acting since LDAC, and torque that acted over the last tick, N m and N.
-    torque: [JointVector; 3],
+    /// Accelerations that the law wanted in the last two ticks, word steps a tick². What tick k wants acts from
+    /// k + 1 to k + 2, so k + 2 is the first to see it: both take turns.
+    wanted: [JointVector; 2],
+    /// Torque written, and torque acting since LDAC, N m and N.
+    written: JointVector,
+    acting: JointVector,
     /// Last disturbance estimate that was finite, N m and N.
     d_hat: JointVector,
 }
@@ -101,38 +104,38 @@ impl Trace {
         let zero = JointVector::new(0.0, 0.0, 0.0, 0.0);
         Self {
             in_control: false,
+            adapts: false,
             loose: 0,
-            target: [0; JOINTS],
+            aim: SetPoint { position: [0; JOINTS], velocity: [0.0; JOINTS], acceleration: [0.0; JOINTS] },
             speed_error: zero,
-            wanted: zero,
-            expected: [zero; 2],
-            torque: [zero; 3],
+            wanted: [zero; 2],
+            written: zero,
+            acting: zero,
             d_hat: zero,
         }
     };
 }
 
-/// The controller with everything it owns.
+/// The controller with everything it owns. What every tick uses comes first: loads of floats do not reach far.
+#[repr(C, align(8))]
 pub struct Executive<S, O, I> {
-    io: Io<S, O, I>,
-    adc: Ads131m04,
-    dac: Dac81404,
-    layouts: [Layout; JOINTS],
+    trace: Trace,
+    tracks: [Track; JOINTS],
+    mode: Mode,
     memory: Memory,
     search: Search,
     scrub: Scrub,
-    mode: Mode,
-    findings: Findings,
-    /// Fault that the mode has reacted to in this tick.
-    judged: Fault,
-    tracks: [Track; JOINTS],
-    /// Encoders, ADC and DAC.
-    buckets: [Bucket; JOINTS + 2],
     clock: Clock,
     torques: Torques,
     motions: Motions,
+    findings: Findings,
+    /// Fault that the mode has reacted to in this tick.
+    judged: Fault,
     contacts: Contacts,
-    trace: Trace,
+    /// Encoders, ADC and DAC.
+    buckets: [Bucket; JOINTS + 2],
+    /// Any of them is not empty.
+    leaking: bool,
     /// Encoders that gave a sample since boot, one bit each.
     seen: u8,
     /// Encoders that are no longer believed, one bit each.
@@ -143,21 +146,12 @@ pub struct Executive<S, O, I> {
     dac_ready: bool,
     /// The DAC holds four good codes that LDAC may pass on.
     acknowledged: bool,
-    /// An estimate was not finite: adaptation stays off.
-    fixed_gain: bool,
-    retained: Retained,
+    /// Nothing speaks against adaptation: every joint is seen, and no estimate was ever not finite.
+    may_adapt: bool,
     /// The operator vouches for the pose at power-up.
     pose_confirmed: bool,
-    /// Ticks since the operator's last authentic frame.
-    silence: u32,
-    /// Ticks since reset.
-    tick: u32,
-    /// Ticks between two feeds of the watchdog, and those left to the next one.
-    feed: (u32, u32),
     /// Level of the watchdog's pin.
     fed: bool,
-    /// Stages that this tick has gone through, four bits each.
-    stages: u32,
     /// One bit a device whose sample this tick could not use.
     rejected: u8,
     /// Drive enables and brake releases as driven.
@@ -166,6 +160,21 @@ pub struct Executive<S, O, I> {
     dropped: u8,
     /// Why the last command had no effect.
     refusal: Refusal,
+    /// Ticks since reset.
+    tick: u32,
+    /// Which of two alternating memories this tick reads and then writes.
+    turn: usize,
+    /// Stages that this tick has gone through, four bits each.
+    stages: u32,
+    /// Ticks since the operator's last authentic frame.
+    silence: u32,
+    /// Ticks between two feeds of the watchdog, and those left to the next one.
+    feed: (u32, u32),
+    retained: Retained,
+    layouts: [Layout; JOINTS],
+    adc: Ads131m04,
+    dac: Dac81404,
+    io: Io<S, O, I>,
 }
 
 impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
@@ -179,12 +188,13 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
             layouts: [Layout::default(); JOINTS],
             memory: Memory::zeroed(),
             search: Search::default(),
-            scrub: Scrub::new(),
+            scrub: Scrub::default(),
             mode: Mode::RESET,
             findings: Findings::NONE,
             judged: Fault::None,
             tracks: [Track::default(); JOINTS],
             buckets: [Bucket::FULL; JOINTS + 2],
+            leaking: true,
             clock: Clock::default(),
             torques: Torques::default(),
             motions: Motions::default(),
@@ -196,11 +206,12 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
             adc_ready: false,
             dac_ready: false,
             acknowledged: false,
-            fixed_gain: false,
+            may_adapt: true,
             retained: Retained::default(),
             pose_confirmed: false,
             silence: 0,
             tick: 0,
+            turn: 0,
             feed: (0, 0),
             fed: false,
             stages: 0,
@@ -235,9 +246,10 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
         Ok(())
     }
 
-    /// The coefficients as bytes: equal on host and target, or the builds differ.
-    pub fn coefficient_bytes(&self) -> &[u8] {
-        bytemuck::bytes_of(&self.memory.live)
+    /// What the configuration became, as bytes in two pieces: equal on host and target, or the builds differ.
+    pub fn parameter_bytes(&self) -> [&[u8]; 2] {
+        let memory = &self.memory;
+        [bytemuck::bytes_of(&memory.coefficients), bytemuck::bytes_of(&memory.thresholds)]
     }
 
     /// Parameters, their shadow and the estimates, for whoever injects faults into memory.
@@ -261,7 +273,7 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
         if self.memory.agrees() {
             self.sample(input);
             self.supervise(input);
-            let levels = self.mode.levels(&self.memory.live.thresholds.timing);
+            let levels = self.mode.levels(&self.memory.thresholds.timing);
             driven &= self.drive(levels);
             let control = self.control(input);
             let codes = self.write(&control.torque);

@@ -4,7 +4,7 @@ use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_hal::spi::SpiDevice;
 use shared::arm::JOINTS;
 use shared::fault::{Fault, Limit};
-use shared::telemetry::{PATH_RATE_ONE, Record};
+use shared::telemetry::Record;
 
 use super::control::Control;
 use super::{DAC, Executive, RecordSink};
@@ -26,14 +26,8 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
     #[inline(always)]
     pub(super) fn update(&mut self) -> bool {
         self.stages = 1;
-        let [written, acting, acted] = &mut self.trace.torque;
-        *acted = *acting;
-        if self.acknowledged {
-            *acting = *written;
-            self.io.outputs.pulse_ldac()
-        } else {
-            self.io.outputs.rest_ldac()
-        }
+        self.turn ^= 1;
+        if self.acknowledged { self.io.outputs.pulse_ldac() } else { self.io.outputs.rest_ldac() }
     }
 
     /// Drives the pins that decide about motion.
@@ -47,15 +41,17 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
     #[inline(always)]
     pub(super) fn write(&mut self, torque: &JointVector) -> [u16; JOINTS] {
         self.stages = self.stages << 4 | 5;
-        let scales = &self.memory.live.coefficients.codes_per_torque;
+        let scales = &self.memory.coefficients.codes_per_torque;
         let codes = torque.component_mul(scales).map(dac_code).into();
         if self.dac_ready {
             let answer = self.dac.write(&mut self.io.dac, codes);
             // Without a valid status the DAC may have been reset and echo codes that move nothing.
             self.acknowledged = answer.accepted && answer.status.is_some();
             if self.acknowledged {
-                self.buckets[DAC].good();
-                self.trace.torque[0] = *torque;
+                if self.leaking {
+                    self.buckets[DAC].good();
+                }
+                self.trace.written = *torque;
             } else {
                 self.write_failed(answer.reset);
             }
@@ -87,7 +83,7 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
     #[inline(never)]
     fn react_and_drive(&mut self) {
         self.react();
-        let levels = self.mode.levels(&self.memory.live.thresholds.timing);
+        let levels = self.mode.levels(&self.memory.thresholds.timing);
         // A pin that fails again is found again in the next tick.
         self.drive(levels);
     }
@@ -131,22 +127,23 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
         records: &mut impl RecordSink,
     ) {
         let d_hat = self.memory.estimates.d_hat;
-        let adaptation_bound = self.memory.live.coefficients.law.at_bound(&d_hat);
+        let adaptation_bound = self.memory.coefficients.law.at_bound(&d_hat);
         if adaptation_bound != 0 {
             self.findings.limit(Limit::Adaptation);
         }
-        let finding = self.finding();
-        let timing = &self.memory.live.thresholds.timing;
+        let status = self.mode.status(&self.memory.thresholds.timing);
+        let stopped = status.finding.fault != Fault::None;
+        let finding = if stopped { status.finding } else { self.findings.worst };
         let kept = records.push(Record {
             tick: self.tick,
-            mode: self.mode.code() as u8,
+            mode: status.code as u8,
             refusal: self.refusal as u8,
             fault: finding.fault as u16,
             saturated: control.saturated,
             adaptation_bound,
             rejected: self.rejected,
             dropped: self.dropped,
-            phase: self.mode.phase(),
+            phase: status.phase,
             code: self.codes(),
             e1: control.e1.into(),
             qd: control.qd.into(),
@@ -154,10 +151,10 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
             dac,
             adc: self.adc.codes(),
             d_hat: d_hat.into(),
-            limits: self.findings.limits | self.mode.limits(timing),
+            limits: self.findings.limits | status.limits,
             joints: finding.joints,
             powered: self.powered,
-            path_rate: (self.mode.rate(timing).value * f32::from(PATH_RATE_ONE)) as u16,
+            path_rate: status.path_rate,
             irregular: self.clock.irregular,
             bucket: self.fullest(),
         });
@@ -177,13 +174,6 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
     #[inline(never)]
     fn fullest_of_all(&self) -> u8 {
         self.buckets.iter().fold(0, |most, b| if b.level() > most { b.level() } else { most })
-    }
-
-    /// What stopped the arm, or else what was found in this tick.
-    #[inline(always)]
-    fn finding(&self) -> Finding {
-        let latched = self.mode.finding();
-        if latched.fault == Fault::None { self.findings.worst } else { latched }
     }
 }
 

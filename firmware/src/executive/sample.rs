@@ -8,7 +8,7 @@ use shared::fault::{Fault, Limit};
 use super::{ADC, DAC, Executive, TickInput};
 use crate::drivers::encoder::{self, Sample};
 use crate::drivers::SampleError;
-use crate::monitor::{Comparison, Elapsed, Finding, Track, Verdict};
+use crate::monitor::{Elapsed, Finding, Track, Verdict};
 use crate::supervisor::ALL;
 
 impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
@@ -17,26 +17,27 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
     pub(super) fn sample(&mut self, input: &TickInput<'_>) {
         self.stages = self.stages << 4 | 2;
         self.rejected = 0;
-        self.implausible = [0, self.implausible[0]];
-        let limits = &self.memory.live.thresholds.clock;
+        let limits = &self.memory.thresholds.clock;
         let elapsed = self.clock.tick(limits, input.cycles, input.spent, &mut self.findings);
-        self.check_estimates();
+        let special = self.blind | (ALL & !self.seen);
         match elapsed {
-            Elapsed::Regular => {
+            Elapsed::Regular if special == 0 => {
                 // Written out: with constant indices no address is computed.
                 self.sample_joint(0);
                 self.sample_joint(1);
                 self.sample_joint(2);
                 self.sample_joint(3);
             }
+            Elapsed::Regular => self.sample_after(1.0),
             Elapsed::Irregular(ticks) => self.sample_after(ticks),
-        }
-        let [now, before] = self.implausible;
-        if now != 0 && now.count_ones() > 1 && before.count_ones() > 1 {
-            self.findings.raise(Finding { fault: Fault::EncodersSwapped, joints: now });
         }
         if self.adc_ready {
             self.sample_torque(input);
+        } else {
+            self.trace.acting = self.trace.written;
+        }
+        if self.leaking {
+            self.drain();
         }
     }
 
@@ -44,17 +45,16 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
     #[inline(always)]
     fn sample_joint(&mut self, j: usize) {
         let read = encoder::read(&mut self.io.encoders[j], &self.layouts[j]);
-        let expected = self.trace.expected[0][j];
         if let Ok(sample) = read {
-            let window = self.memory.live.thresholds.encoder.tight[j];
+            let window = self.memory.thresholds.encoder.tight[j];
+            let expected = self.trace.wanted[self.turn & 1][j];
             let distance = self.tracks[j].distance(sample.code, expected);
             let plain = distance.wrapping_add_unsigned(window) as u32 <= 2 * window
-                && !self.is_unusual(j, sample.warning)
-                && !self.tracks[j].is_stuck(sample.code, self.trace.target[j]);
+                && !sample.warning
+                && !self.tracks[j].is_stuck(sample.code, self.trace.aim.position[j]);
             if plain || self.believes(j, &sample, distance) {
                 self.tracks[j].take(sample.code);
-                self.buckets[j].good();
-                let c = &self.memory.live.coefficients;
+                let c = &self.memory.coefficients;
                 let observer = &mut self.memory.estimates.observers[j];
                 observer.update(&c.observer, &c.scales[j], sample.code);
                 return;
@@ -63,10 +63,26 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
         self.go_without(j, read.err(), 1.0);
     }
 
-    /// Whether a sample needs a closer look whatever its code.
-    #[inline(always)]
-    fn is_unusual(&self, j: usize, warning: bool) -> bool {
-        warning || (self.blind | (ALL & !self.seen)) >> j & 1 != 0
+    /// Counts this tick's good samples of devices that have lost some.
+    #[cold]
+    #[inline(never)]
+    fn drain(&mut self) {
+        let mut level = 0;
+        let rejected = self.rejected;
+        for (index, bucket) in self.buckets.iter_mut().enumerate() {
+            // The DAC's turn comes with its write, a converter's once it is configured.
+            let sampled = index < JOINTS && self.seen >> index & 1 != 0 || index == ADC && self.adc_ready;
+            if sampled && rejected >> index & 1 == 0 {
+                bucket.good();
+            }
+            level |= bucket.level();
+        }
+        self.leaking = level != 0;
+        let [now, before] = self.implausible;
+        if now.count_ones() > 1 && before.count_ones() > 1 {
+            self.findings.raise(Finding { fault: Fault::EncodersSwapped, joints: now });
+        }
+        self.implausible = [0, now];
     }
 
     /// A closer look at the code of joint `j`, which is `distance` counts from where it is expected.
@@ -89,14 +105,14 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
             }
             return true;
         }
-        let window = &self.memory.live.thresholds.encoder;
+        let window = &self.memory.thresholds.encoder;
         let loose = !self.trace.in_control
             || self.trace.loose != 0
             || self.torques.suspect != 0
             || self.mode.isolated() != 0;
         let windows = if loose { &window.wide } else { &window.tight };
         let Some(window) = windows.get(j).copied() else { return false };
-        let target = self.trace.target.get(j).copied().unwrap_or_default();
+        let target = self.trace.aim.position.get(j).copied().unwrap_or_default();
         let verdict = if track.is_stuck(code, target) && self.mode.follows() {
             Verdict::Stuck
         } else if distance.unsigned_abs() > window {
@@ -118,6 +134,13 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
         false
     }
 
+    /// Acceleration that the law wanted two ticks ago, word steps a tick².
+    fn expected(&self, j: usize) -> f32 {
+        let [even, odd] = &self.trace.wanted;
+        let wanted = if self.turn == 0 { even } else { odd };
+        wanted.get(j).copied().unwrap_or_default()
+    }
+
     /// Counts a lost or refused sample of joint `j` and goes on by the model.
     #[cold]
     #[inline(never)]
@@ -125,7 +148,7 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
         if error.is_some() {
             self.miss(j, Fault::EncoderLost);
         }
-        let expected = self.trace.expected[0].get(j).copied().unwrap_or_default();
+        let expected = self.expected(j);
         if let Some(track) = self.tracks.get_mut(j) {
             track.coast(ticks, expected);
         }
@@ -139,7 +162,9 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
     #[inline(never)]
     fn sample_after(&mut self, ticks: f32) {
         // The path is a function of time.
-        self.mode.catch_up(ticks - 1.0);
+        if ticks != 1.0 {
+            self.mode.catch_up(ticks - 1.0);
+        }
         for j in 0..JOINTS {
             let (Some(port), Some(layout)) = (self.io.encoders.get_mut(j), self.layouts.get(j))
             else {
@@ -160,7 +185,7 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
                 continue;
             };
             track.take_after(sample.code, ticks);
-            let c = &self.memory.live.coefficients;
+            let c = &self.memory.coefficients;
             let observers = self.memory.estimates.observers.iter_mut().zip(&c.scales);
             if let Some((observer, scale)) = observers.into_iter().nth(j) {
                 observer.coast(ticks, 0.0);
@@ -172,28 +197,31 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
     /// Reads the torque converter and compares torque with its command.
     #[inline(always)]
     fn sample_torque(&mut self, input: &TickInput<'_>) {
-        let limits = &self.memory.live.thresholds;
+        let limits = &self.memory.thresholds;
         self.clock.compare(&limits.clock, input.conversions, &mut self.findings);
         match self.adc.sample(&mut self.io.adc) {
             Ok(sample) if sample.overrange == 0 => {
-                self.buckets[ADC].good();
                 if sample.command_refused {
                     self.findings.limit(Limit::AdcCommand);
                 }
                 if self.trace.in_control {
-                    let [_, _, acted] = &self.trace.torque;
-                    let seen = Comparison {
-                        codes: &sample.codes,
-                        applied: acted.as_ref(),
-                        speed_error: self.trace.speed_error.as_ref(),
-                    };
-                    self.torques.compare(&limits.torque, &seen, &mut self.findings);
+                    self.torques.compare(
+                        &limits.torque,
+                        &sample.codes,
+                        &self.trace.acting,
+                        &self.trace.speed_error,
+                        &mut self.findings,
+                    );
                 }
             }
             Ok(_) => self.miss(ADC, Fault::TorqueAdcLost),
             Err(SampleError::Reset) => self.miss(ADC, Fault::AdcReset),
             Err(SampleError::Configuration) => self.miss(ADC, Fault::AdcConfiguration),
             Err(_) => self.miss(ADC, Fault::TorqueAdcLost),
+        }
+        // What LDAC passed on at this tick's start shows at the next one.
+        if self.acknowledged {
+            self.trace.acting = self.trace.written;
         }
     }
 
@@ -202,6 +230,7 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
     #[inline(never)]
     pub(super) fn miss(&mut self, index: usize, fault: Fault) {
         self.rejected |= 1 << index;
+        self.leaking = true;
         self.findings.limit(Limit::SampleRejected);
         if self.buckets.get_mut(index).is_some_and(|bucket| bucket.miss()) {
             match index {
@@ -216,6 +245,7 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
         // Before its first sample a joint has no estimate that could go on.
         if self.seen >> j & 1 != 0 {
             self.blind |= 1 << j;
+            self.may_adapt = false;
             self.findings.raise(Finding::of_joint(fault, j));
         }
     }

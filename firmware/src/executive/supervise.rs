@@ -10,11 +10,10 @@ use crate::JointVector;
 use crate::drivers::Progress;
 use crate::drivers::ads131m04::Ads131m04;
 use crate::drivers::dac81404::Dac81404;
-use crate::io::Brakes;
 use crate::memory::Health;
 use crate::monitor::{Bucket, Finding, Motions, Torques};
 use crate::planner::Order;
-use crate::supervisor::{ALL, Events, Mode};
+use crate::supervisor::{ALL, Events, Mode, Timing};
 
 /// What boot has come to.
 #[derive(Clone, Copy)]
@@ -31,14 +30,14 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
         self.stages = self.stages << 4 | 3;
         self.watch_operator(input.alive);
         match self.scrub.step(&mut self.memory) {
-            Health::Good | Health::Unknown => {}
-            Health::Restored => self.findings.raise(Finding::new(Fault::ParameterFlipped)),
+            Health::Good => {}
             Health::Lost => self.findings.raise(Finding::new(Fault::ParametersLost)),
+            _ => self.findings.raise(Finding::new(Fault::ParameterFlipped)),
         }
         self.judged = self.findings.worst.fault;
         // Nothing to decide is the usual case, and the dearest tick is one of those.
         let quiet = input.order.is_none() && self.judged == Fault::None;
-        let link = self.memory.live.thresholds.timing.link;
+        let link = self.memory.thresholds.timing.link;
         if !(quiet && self.silence <= link && self.mode.glides()) {
             self.decide(input);
         }
@@ -53,18 +52,15 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
         } else {
             Readiness { ready: false, complaint: Fault::None }
         };
-        let brakes = self.io.inputs.brakes();
-        let mut mode = self.mode;
-        let events = self.events(input.order, brakes, boot);
-        let refusal = mode.step(&self.memory.live.thresholds.timing, &events);
+        let latched = matches!(self.mode, Mode::Latched { .. });
+        let refusal = self.with_events(input.order, boot, Mode::step);
         if input.order.is_some() {
             self.refusal = refusal;
         }
-        if matches!((self.mode, mode), (Mode::Latched { .. }, Mode::Boot { .. })) {
+        if latched && matches!(self.mode, Mode::Boot { .. }) {
             self.retained.parked = Some(self.codes());
             self.pose_confirmed = false;
         }
-        self.mode = mode;
     }
 
     /// Lets the mode react to what was found since its turn.
@@ -72,24 +68,25 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
     #[inline(never)]
     pub(super) fn react(&mut self) {
         self.judged = self.findings.worst.fault;
-        let none = Readiness { ready: false, complaint: Fault::None };
-        let brakes = self.io.inputs.brakes();
-        let mut mode = self.mode;
-        mode.react(&self.memory.live.thresholds.timing, &self.events(None, brakes, none));
-        self.mode = mode;
+        let boot = Readiness { ready: false, complaint: Fault::None };
+        self.with_events(None, boot, Mode::react);
     }
 
-    fn events<'a>(
-        &'a self,
-        order: Option<&'a Order>,
-        brakes: Brakes,
+    /// Tells the mode how things stand.
+    fn with_events<T>(
+        &mut self,
+        order: Option<&Order>,
         boot: Readiness,
-    ) -> Events<'a> {
-        Events {
+        tell: impl FnOnce(&mut Mode, &Timing, &Events<'_>) -> T,
+    ) -> T {
+        let codes = self.codes();
+        let brakes = self.io.inputs.brakes();
+        let memory = &self.memory;
+        let events = Events {
             order,
-            observers: &self.memory.estimates.observers,
-            scales: &self.memory.live.coefficients.scales,
-            codes: self.codes(),
+            observers: &memory.estimates.observers,
+            scales: &memory.coefficients.scales,
+            codes,
             brakes,
             stop_released: !self.contacts.open && !self.contacts.suspect,
             ready: boot.ready,
@@ -97,7 +94,8 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
             finding: self.findings.worst,
             blind: self.blind,
             silence: self.silence,
-        }
+        };
+        tell(&mut self.mode, &memory.thresholds.timing, &events)
     }
 
     /// Last believed codes.
@@ -123,7 +121,7 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
         let contacts = &mut self.contacts;
         contacts.open = open != 0;
         contacts.differ = if matches!(open, 1 | 2) { contacts.differ.saturating_add(1) } else { 0 };
-        contacts.suspect |= contacts.differ > self.memory.live.thresholds.timing.contacts;
+        contacts.suspect |= contacts.differ > self.memory.thresholds.timing.contacts;
         contacts.suspect &= open != 3;
         if contacts.open {
             let suspect = contacts.suspect;
@@ -142,7 +140,7 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
         if ticks == 0 {
             self.start_over();
         }
-        if self.mode.converters_awake(&self.memory.live.thresholds.timing) {
+        if self.mode.converters_awake(&self.memory.thresholds.timing) {
             self.boot_converters(input.conversions);
         }
         self.pose_confirmed |= matches!(input.order, Some(Order::ConfirmPose));
@@ -151,7 +149,7 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
             && self.seen == ALL
             && self.buckets.iter().all(|bucket| bucket.level() == 0);
         if !devices {
-            let late = ticks >= self.memory.live.thresholds.timing.boot;
+            let late = ticks >= self.memory.thresholds.timing.boot;
             let complaint = if late { Fault::BootTimeout } else { complaint };
             return Readiness { ready: false, complaint };
         }
@@ -161,7 +159,7 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
 
     /// What is wrong with the pose at power-up.
     fn pose_complaint(&self) -> Fault {
-        let thresholds = &self.memory.live.thresholds;
+        let thresholds = &self.memory.thresholds;
         let codes = self.codes();
         let parked = self.retained.parked.is_some_and(|parked| {
             let pairs = codes.iter().zip(&parked).zip(&thresholds.timing.parked);
@@ -181,10 +179,11 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
         self.adc = Ads131m04::new();
         self.dac = Dac81404::new();
         (self.adc_ready, self.dac_ready, self.acknowledged) = (false, false, false);
-        (self.seen, self.blind, self.fixed_gain) = (0, 0, false);
+        (self.seen, self.blind, self.may_adapt) = (0, 0, true);
         for bucket in &mut self.buckets {
             *bucket = Bucket::FULL;
         }
+        self.leaking = true;
         self.memory.estimates.d_hat = JointVector::repeat(0.0);
         self.torques = Torques::default();
         self.motions = Motions::default();

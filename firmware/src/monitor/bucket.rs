@@ -22,9 +22,7 @@ impl Bucket {
     /// Counts a good sample.
     #[inline(always)]
     pub fn good(&mut self) {
-        if self.0 != 0 {
-            self.0 -= 1;
-        }
+        self.0 = self.0.saturating_sub(1);
     }
 
     /// Forgets the losses.

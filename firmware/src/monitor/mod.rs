@@ -13,9 +13,9 @@ use shared::fault::{Fault, Limit};
 pub use bucket::Bucket;
 pub use clock::{Clock, Elapsed};
 pub use encoder::{Track, Verdict};
-pub use motion::{Motion, Motions};
+pub use motion::Motions;
 pub use thresholds::Thresholds;
-pub use torque::{Comparison, Torques};
+pub use torque::Torques;
 
 use crate::supervisor::Reaction;
 

@@ -6,7 +6,8 @@ use shared::fault::Fault;
 
 use super::{Finding, Findings};
 use crate::config::Config;
-use crate::estimator::FRACTION_BITS;
+use crate::JointVector;
+use crate::estimator::{FRACTION_BITS, Observer, Scale};
 
 /// Limits of the motion monitor; joint 4 in m.
 #[repr(C)]
@@ -14,7 +15,7 @@ use crate::estimator::FRACTION_BITS;
 pub struct MotionLimits {
     /// Range of motion with its overtravel, position words.
     lowest: [u32; JOINTS],
-    highest: [u32; JOINTS],
+    span: [u32; JOINTS],
     /// Speed, rad/s and m/s.
     speed: [f32; JOINTS],
     /// Position error that must not last.
@@ -31,19 +32,17 @@ impl MotionLimits {
         let safety = &config.safety;
         let mut limits = Self {
             lowest: [0; JOINTS],
-            highest: [u32::MAX; JOINTS],
+            span: [0; JOINTS],
             speed: config.joints.map(|j| j.qd_max * safety.overspeed),
             tracking: safety.tracking,
             lasting: (safety.tracking_s * config.tick_hz as f32) as u32,
             window: safety.error_window,
         };
-        let slots = limits.lowest.iter_mut().zip(&mut limits.highest);
-        for ((joint, over), (lowest, highest)) in config.joints.iter().zip(safety.overtravel).zip(slots)
-        {
-            let words = |q: f32| (q - joint.encoder_zero) / joint.encoder_lsb * WORDS;
+        for (j, (joint, over)) in config.joints.iter().zip(safety.overtravel).enumerate() {
             // The casts stop at what a word can hold.
-            *lowest = words(joint.q_min - over) as u32;
-            *highest = words(joint.q_max + over) as u32;
+            let words = |q: f32| ((q - joint.encoder_zero) / joint.encoder_lsb * WORDS) as u32;
+            limits.lowest[j] = words(joint.q_min - over);
+            limits.span[j] = words(joint.q_max + over).wrapping_sub(limits.lowest[j]);
         }
         limits
     }
@@ -52,81 +51,99 @@ impl MotionLimits {
 impl MotionLimits {
     /// Whether each joint is where it can be.
     pub fn contain(&self, codes: &[u32; JOINTS]) -> bool {
-        let ranges = self.lowest.iter().zip(&self.highest);
-        codes.iter().zip(ranges).all(|(&code, (&lowest, &highest))| {
-            code <= highest >> FRACTION_BITS && code << FRACTION_BITS >= lowest
+        let ranges = self.lowest.iter().zip(&self.span);
+        codes.iter().zip(ranges).all(|(&code, (&lowest, &span))| {
+            // A code beyond what a word holds is far outside.
+            code < 1 << (32 - FRACTION_BITS)
+                && (code << FRACTION_BITS).wrapping_sub(lowest) <= span
         })
     }
 }
 
 const WORDS: f32 = (1 << FRACTION_BITS) as f32;
-/// Ticks in a row that a joint must be too fast.
-const FAST_TICKS: u8 = 3;
+/// Rounds in a row that a joint must be too fast.
+const FAST_ROUNDS: u8 = 2;
 
 /// State of the monitor.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Motions {
-    fast: u8,
+    /// Joint whose speed and range are judged at this tick: each has its turn every fourth.
+    turn: usize,
+    fast: [u8; JOINTS],
     astray: u32,
 }
 
-/// What is judged.
-#[derive(Clone, Copy, Debug)]
-pub struct Motion<'a> {
-    /// Position words.
-    pub position: [u32; JOINTS],
-    /// Speed, rad/s and m/s.
-    pub qd: &'a [f32; JOINTS],
-    /// Position less its set-point, rad and m.
-    pub e1: &'a [f32; JOINTS],
-    /// Joints that are not expected to follow the set-point, one bit each.
-    pub excused: u8,
-}
-
 impl Motions {
-    /// Judges one tick under control.
+    /// Judges the distance to the set-point, rad and m, under control; joints in `excused` need not follow it.
+    // By value: what a cold path takes by reference has to live in memory.
     #[inline(always)]
-    pub fn judge(&mut self, l: &MotionLimits, m: &Motion<'_>, findings: &mut Findings) {
-        let (mut fast, mut astray, mut out) = (0_u8, 0_u8, 0_u8);
-        for j in 0..JOINTS {
-            let bit = 1 << j;
-            fast |= if m.qd[j].abs() > l.speed[j] { bit } else { 0 };
-            astray |= if m.e1[j].abs() > l.tracking[j] { bit } else { 0 };
-            let past = m.position[j].wrapping_sub(l.lowest[j]);
-            out |= if past > l.highest[j].wrapping_sub(l.lowest[j]) { bit } else { 0 };
-        }
-        if fast | astray | out != 0 {
-            self.suspect([fast, astray & !m.excused, out], l, m, findings);
+    pub fn judge_error(
+        &mut self,
+        l: &MotionLimits,
+        e1: JointVector,
+        excused: u8,
+        findings: &mut Findings,
+    ) {
+        let far = |j: usize| e1[j].abs() > l.tracking[j];
+        if far(0) | far(1) | far(2) | far(3) {
+            self.lose(l, e1, excused, findings);
         } else {
-            (self.fast, self.astray) = (0, 0);
+            self.astray = 0;
+        }
+    }
+
+    /// Judges speed and range of the joint whose turn it is.
+    #[inline(always)]
+    pub fn judge_motion(
+        &mut self,
+        l: &MotionLimits,
+        observers: &[Observer; JOINTS],
+        scales: &[Scale; JOINTS],
+        findings: &mut Findings,
+    ) {
+        let j = self.turn % JOINTS;
+        self.turn = j + 1;
+        let past = observers[j].position.wrapping_sub(l.lowest[j]) > l.span[j];
+        let fast = observers[j].velocity(&scales[j]).abs() > l.speed[j];
+        if past | fast | (self.fast[j] != 0) {
+            self.suspect(j, past, fast, findings);
+        }
+    }
+
+    /// The arm is away from its set-point.
+    #[cold]
+    #[inline(never)]
+    fn lose(&mut self, l: &MotionLimits, e1: JointVector, excused: u8, findings: &mut Findings) {
+        let astray = beyond(&e1, &l.tracking) & !excused;
+        self.astray = if astray != 0 { self.astray.saturating_add(1) } else { 0 };
+        if self.astray >= l.lasting {
+            findings.raise(Finding { fault: Fault::TrackingError, joints: astray });
+        }
+        let impossible = beyond(&e1, &l.window) & !excused;
+        if impossible != 0 {
+            findings.raise(Finding { fault: Fault::ErrorWindow, joints: impossible });
         }
     }
 
     #[cold]
     #[inline(never)]
-    fn suspect(
-        &mut self,
-        [fast, astray, out]: [u8; 3],
-        l: &MotionLimits,
-        m: &Motion<'_>,
-        findings: &mut Findings,
-    ) {
-        let errors = m.e1.iter().zip(&l.window).enumerate();
-        let far = errors.fold(0, |far, (j, (e1, w))| if e1.abs() > *w { far | 1 << j } else { far });
-        let far = far & astray;
-        self.fast = if fast != 0 { self.fast.saturating_add(1) } else { 0 };
-        self.astray = if astray != 0 { self.astray.saturating_add(1) } else { 0 };
-        if self.fast >= FAST_TICKS {
-            findings.raise(Finding { fault: Fault::Overspeed, joints: fast });
+    fn suspect(&mut self, j: usize, out: bool, fast: bool, findings: &mut Findings) {
+        if out {
+            findings.raise(Finding::of_joint(Fault::PositionLimit, j));
         }
-        if self.astray >= l.lasting {
-            findings.raise(Finding { fault: Fault::TrackingError, joints: astray });
-        }
-        if far != 0 {
-            findings.raise(Finding { fault: Fault::ErrorWindow, joints: far });
-        }
-        if out != 0 {
-            findings.raise(Finding { fault: Fault::PositionLimit, joints: out });
+        let Some(rounds) = self.fast.get_mut(j) else { return };
+        *rounds = if fast { rounds.saturating_add(1) } else { 0 };
+        if *rounds >= FAST_ROUNDS {
+            findings.raise(Finding::of_joint(Fault::Overspeed, j));
         }
     }
+}
+
+/// Joints whose error is beyond its limit, one bit each.
+fn beyond(e1: &JointVector, limits: &[f32; JOINTS]) -> u8 {
+    let mut bits = 0;
+    for (j, (e1, limit)) in e1.iter().zip(limits).enumerate() {
+        bits |= u8::from(e1.abs() > *limit) << j;
+    }
+    bits
 }

@@ -9,6 +9,7 @@ use shared::arm::JOINTS;
 use shared::fault::{Fault, Limit};
 
 use super::{Finding, Findings};
+use crate::JointVector;
 use crate::config::Config;
 
 /// Limits of the torque monitor, N m and N, rad/s and m/s.
@@ -56,77 +57,60 @@ pub struct Torques {
     pub suspect: u8,
 }
 
-/// What is compared at one sample.
-#[derive(Clone, Copy, Debug)]
-pub struct Comparison<'a> {
-    /// Codes of the converter.
-    pub codes: &'a [i32; JOINTS],
-    /// What the drives gave if they obeyed, N m and N.
-    pub applied: &'a [f32; JOINTS],
-    /// Speed less its set-point, rad/s and m/s.
-    pub speed_error: &'a [f32; JOINTS],
-}
-
 impl Torques {
-    /// Compares one sample of all joints.
+    /// Compares one sample of all joints: codes of the converter, what the drives gave if they obeyed (N m
+    /// and N), and speed less its set-point (rad/s and m/s).
     #[inline(always)]
-    pub fn compare(&mut self, l: &TorqueLimits, seen: &Comparison<'_>, findings: &mut Findings) {
-        let mut suspect = 0;
-        for j in 0..JOINTS {
-            let difference = seen.codes[j] as f32 * l.scale[j] - seen.applied[j];
-            if difference.abs() > l.warn[j] {
-                suspect |= self.judge(l, j, seen, findings);
-            }
-        }
-        if self.suspect != 0 {
-            self.relax(suspect);
-        }
-        self.suspect = suspect;
-    }
-
-    /// Forgets the joints that are well again.
-    #[cold]
-    #[inline(never)]
-    fn relax(&mut self, suspect: u8) {
-        let joints = self.confirmed.iter_mut().zip(&mut self.lasting);
-        for (j, (confirmed, lasting)) in joints.enumerate() {
-            if suspect >> j & 1 == 0 {
-                (*confirmed, *lasting) = (0, 0);
-            }
-        }
-    }
-
-    /// Judges the difference of joint `j`; gives its bit if the torque is wrong.
-    #[cold]
-    #[inline(never)]
-    fn judge(
+    pub fn compare(
         &mut self,
         l: &TorqueLimits,
-        j: usize,
-        seen: &Comparison<'_>,
+        codes: &[i32; JOINTS],
+        applied: &JointVector,
+        speed_error: &JointVector,
         findings: &mut Findings,
-    ) -> u8 {
-        findings.limit(Limit::TorqueDrift);
-        let at = |values: &[f32; JOINTS]| values.get(j).copied().unwrap_or_default();
-        let code = seen.codes.get(j).copied().unwrap_or_default();
-        let (measured, applied) = (code as f32 * at(&l.scale), at(seen.applied));
-        if (measured - applied).abs() <= at(&l.wrong) {
-            return 0;
+    ) {
+        let off = |j: usize| (codes[j] as f32 * l.scale[j] - applied[j]).abs() > l.warn[j];
+        if off(0) | off(1) | off(2) | off(3) | (self.suspect != 0) {
+            self.judge_all(l, codes, applied, speed_error, findings);
         }
-        let moves = at(seen.speed_error).abs() > at(&l.speed_error);
-        let (Some(confirmed), Some(lasting)) = (self.confirmed.get_mut(j), self.lasting.get_mut(j))
-        else {
-            return 0;
-        };
-        *lasting = lasting.saturating_add(1);
-        *confirmed = if moves { confirmed.saturating_add(1) } else { 0 };
-        if *confirmed >= CONFIRMED {
-            let dead = measured.abs() <= at(&l.wrong);
-            let fault = if dead { Fault::DriveLost } else { Fault::TorqueWrong };
-            findings.raise(Finding::of_joint(fault, j));
-        } else if *lasting >= l.lasting {
-            findings.raise(Finding::of_joint(Fault::TorqueDrift, j));
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn judge_all(
+        &mut self,
+        l: &TorqueLimits,
+        codes: &[i32; JOINTS],
+        applied: &JointVector,
+        speed_error: &JointVector,
+        findings: &mut Findings,
+    ) {
+        self.suspect = 0;
+        let joints = self.confirmed.iter_mut().zip(&mut self.lasting);
+        let limits = l.scale.iter().zip(&l.warn).zip(&l.wrong).zip(&l.speed_error);
+        let seen = codes.iter().zip(applied).zip(speed_error);
+        for (j, ((state, limits), seen)) in joints.zip(limits).zip(seen).enumerate() {
+            let (((scale, warn), wrong), speed) = limits;
+            let ((code, applied), speed_error) = seen;
+            let measured = *code as f32 * scale;
+            let difference = (measured - applied).abs();
+            if difference > *warn {
+                findings.limit(Limit::TorqueDrift);
+            }
+            if difference <= *wrong {
+                (*state.0, *state.1) = (0, 0);
+                continue;
+            }
+            self.suspect |= 1 << j;
+            *state.1 = state.1.saturating_add(1);
+            *state.0 = if speed_error.abs() > *speed { state.0.saturating_add(1) } else { 0 };
+            if *state.0 >= CONFIRMED {
+                let dead = measured.abs() <= *wrong;
+                let fault = if dead { Fault::DriveLost } else { Fault::TorqueWrong };
+                findings.raise(Finding::of_joint(fault, j));
+            } else if *state.1 >= l.lasting {
+                findings.raise(Finding::of_joint(Fault::TorqueDrift, j));
+            }
         }
-        1 << j
     }
 }

@@ -88,12 +88,17 @@ impl Motion {
     /// The set-point at the present phase; past the end, the end.
     #[inline(always)]
     pub fn set_point(&self) -> SetPoint {
-        self.placed(&self.shape(self.phase), Rate::FULL)
+        let shape = self.shape(self.phase);
+        self.placed(&shape, shape.ds * self.rate, shape.dds * (self.rate * self.rate))
     }
 
     /// The set-point at `phase`, passed at `rate`.
+    #[inline(never)]
     pub fn set_point_at(&self, phase: Phase, rate: Rate) -> SetPoint {
-        self.placed(&self.shape(phase), rate)
+        let shape = self.shape(phase);
+        let (ds, dds) = (shape.ds * self.rate, shape.dds * (self.rate * self.rate));
+        let acceleration = dds * (rate.value * rate.value) + ds * rate.slope_per_s;
+        self.placed(&shape, ds * rate.value, acceleration)
     }
 
     #[inline(always)]
@@ -112,14 +117,9 @@ impl Motion {
         }
     }
 
+    /// `velocity` and `acceleration` over the amplitude.
     #[inline(always)]
-    fn placed(&self, shape: &Shape, rate: Rate) -> SetPoint {
-        let speed = shape.ds * self.rate;
-        let (velocity, acceleration) = (
-            speed * rate.value,
-            shape.dds * (self.rate * self.rate) * (rate.value * rate.value)
-                + speed * rate.slope_per_s,
-        );
+    fn placed(&self, shape: &Shape, velocity: f32, acceleration: f32) -> SetPoint {
         let mut set_point = SetPoint::default();
         for j in 0..JOINTS {
             // 5 + 31 fractional bits less 30 leave 6.

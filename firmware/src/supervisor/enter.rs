@@ -21,22 +21,24 @@ impl Mode {
         let Some(to) = next(self.code(), exit) else { return };
         let measured = events.observers.map(|o| o.position);
         let cause = self.cause_of(exit, finding, events);
-        // A set-point that no control error explains is not trusted either.
-        let trusted = finding.fault != Fault::ErrorWindow;
-        let set_point = self.set_point(timing).filter(|_| trusted);
-        let pose = set_point.map_or(measured, |set_point| set_point.position);
+        let pose = |mode: &Self| {
+            // A set-point that no control error explains is not trusted either.
+            let trusted = finding.fault != Fault::ErrorWindow;
+            let set_point = mode.set_point(timing).filter(|_| trusted);
+            set_point.map_or(measured, |set_point| set_point.position)
+        };
         *self = match to {
             ModeCode::Boot => Self::RESET,
             ModeCode::Standby => Self::Standby { codes: events.codes },
             ModeCode::Arming => Self::Arming { ticks: 0, open: 0, pose: measured, began: measured },
-            ModeCode::Holding => Self::Holding { pose },
+            ModeCode::Holding => Self::Holding { pose: pose(self) },
             ModeCode::Moving => match events.order {
                 Some(Order::Start(motion)) => Self::Moving(motion.begun()),
                 _ => return,
             },
             ModeCode::Jogging => match events.order {
                 Some(Order::Jog(line)) => {
-                    let path = Path::Line(Line { origin: pose, ..*line });
+                    let path = Path::Line(Line { origin: pose(self), ..*line });
                     let follower = from_rest(path, timing);
                     Self::Jogging { follower, quiet: 0 }
                 }
@@ -45,7 +47,9 @@ impl Mode {
             ModeCode::Stopping => {
                 Self::Stopping { follower: self.stop(finding, timing, events), cause }
             }
-            ModeCode::BrakeHold => Self::BrakeHold { pose, ticks: 0, closed: 0, cause },
+            ModeCode::BrakeHold => {
+                Self::BrakeHold { pose: pose(self), ticks: 0, closed: 0, cause }
+            }
             ModeCode::TorqueOff => Self::TorqueOff { ticks: 0, cause },
             ModeCode::Latched => Self::Latched { codes: events.codes, cause },
             ModeCode::Lowering => Self::Lowering { ticks: 0, pose: measured, motion: None, cause },

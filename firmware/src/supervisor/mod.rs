@@ -14,6 +14,7 @@ mod timing;
 
 use shared::arm::JOINTS;
 use shared::fault::{Fault, Limit, Mode as ModeCode};
+use shared::telemetry::PATH_RATE_ONE;
 
 pub use follow::Follower;
 pub use reaction::{Reaction, clears};
@@ -23,7 +24,7 @@ pub use timing::Timing;
 use crate::estimator::{self, Observer};
 use crate::io::{Brakes, Levels};
 use crate::monitor::Finding;
-use crate::path::{Motion, Rate, SetPoint};
+use crate::path::{Motion, SetPoint};
 use crate::planner::Order;
 
 /// Why the arm was stopped.
@@ -128,6 +129,21 @@ pub enum Mode {
         /// Why.
         cause: Cause,
     },
+}
+
+/// What telemetry says of a mode.
+#[derive(Clone, Copy, Debug)]
+pub struct Status {
+    /// Mode number.
+    pub code: ModeCode,
+    /// The latched fault, or what keeps boot from ending.
+    pub finding: Finding,
+    /// Ticks since the trajectory started; 0 without one.
+    pub phase: u32,
+    /// Path rate, 1 is [`PATH_RATE_ONE`].
+    pub path_rate: u16,
+    /// One bit a [`Limit`].
+    pub limits: u16,
 }
 
 /// What the supervisor is told each tick.
@@ -243,49 +259,12 @@ impl Mode {
         self.adapts()
     }
 
-    /// Ticks since the trajectory started; 0 without one.
-    #[inline(always)]
-    pub fn phase(&self) -> u32 {
-        match self {
-            Self::Moving(motion) | Self::Lowering { motion: Some(motion), .. } => {
-                motion.phase.ticks
-            }
-            _ => 0,
-        }
-    }
-
-    /// Path rate for telemetry.
-    #[inline(always)]
-    pub fn rate(&self, timing: &Timing) -> Rate {
-        match self {
-            Self::Moving(_) | Self::Lowering { motion: Some(_), .. } => Rate::FULL,
-            Self::Jogging { follower, .. } | Self::Stopping { follower, .. } => {
-                follower.rate(&timing.pace())
-            }
-            _ => Rate::ZERO,
-        }
-    }
-
     /// Reacts to what was found after this mode's turn.
     #[cold]
     #[inline(never)]
     pub fn react(&mut self, timing: &Timing, events: &Events<'_>) {
         if let Some(exit) = self.forced(events.finding) {
             self.leave(exit, events.finding, timing, events);
-        }
-    }
-
-    /// What limits the arm in this mode, one bit a [`Limit`].
-    #[inline(always)]
-    pub fn limits(&self, timing: &Timing) -> u16 {
-        match self {
-            Self::BrakeHold { ticks, closed: 0, .. } if *ticks > timing.brake_set => {
-                1 << Limit::BrakeFeedback as u16
-            }
-            Self::Jogging { follower, quiet } if follower.goal() == 0 && *quiet <= timing.jog => {
-                1 << Limit::SoftPosition as u16
-            }
-            _ => 0,
         }
     }
 
@@ -317,13 +296,46 @@ impl Mode {
         }
     }
 
-    /// The fault for telemetry: the latched one, or what keeps boot from ending.
+    /// What telemetry says of this mode.
     #[inline(always)]
-    pub fn finding(&self) -> Finding {
+    pub fn status(&self, timing: &Timing) -> Status {
         match self {
+            Self::Moving(motion) => Status {
+                code: ModeCode::Moving,
+                finding: Finding::NONE,
+                phase: motion.phase.ticks,
+                path_rate: PATH_RATE_ONE,
+                limits: 0,
+            },
+            _ => self.rare_status(timing),
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn rare_status(&self, timing: &Timing) -> Status {
+        let finding = match self {
             Self::Boot { complaint, .. } => Finding::new(*complaint),
             _ => self.cause().map_or(Finding::NONE, |cause| cause.finding),
-        }
+        };
+        let (phase, rate) = match self {
+            Self::Jogging { follower, .. } | Self::Stopping { follower, .. } => {
+                (0, follower.rate(&timing.pace()).value)
+            }
+            Self::Lowering { motion: Some(motion), .. } => (motion.phase.ticks, 1.0),
+            _ => (0, 0.0),
+        };
+        let limits = match self {
+            Self::BrakeHold { ticks, closed: 0, .. } if *ticks > timing.brake_set => {
+                1 << Limit::BrakeFeedback as u16
+            }
+            Self::Jogging { follower, quiet } if follower.goal() == 0 && *quiet <= timing.jog => {
+                1 << Limit::SoftPosition as u16
+            }
+            _ => 0,
+        };
+        let path_rate = (rate * f32::from(PATH_RATE_ONE)) as u16;
+        Status { code: self.code(), finding, phase, path_rate, limits }
     }
 
     /// Mode number for telemetry.

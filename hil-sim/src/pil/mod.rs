@@ -58,7 +58,7 @@ pub fn run(
     for bench in [board_side.bench(), host_side.bench()] {
         bench.borrow_mut().keep_traffic();
     }
-    let mut difference = compare::coefficients(board.coefficients(), software.coefficient_bytes());
+    let mut difference = compare::coefficients(board.coefficients(), &software.parameter_bytes());
     while difference.is_none() && !board_side.is_over() {
         let on_board = board_side.tick(&mut board)?;
         let Ok(on_host) = host_side.tick(&mut software);

@@ -128,12 +128,15 @@ pub fn await_release() -> Release {
 }
 
 /// Tells the harness what the configuration became.
-pub fn send_coefficients(bytes: &[u8]) {
-    let [low, high] = (bytes.len() as u16).to_le_bytes();
+pub fn send_coefficients(pieces: [&[u8]; 2]) {
+    let length: usize = pieces.iter().map(|piece| piece.len()).sum();
+    let [low, high] = (length as u16).to_le_bytes();
     with(|link| {
         link.post(&[pil::TAG_COEFFICIENTS, low, high]);
         link.flush();
-        put(link.to_harness, bytes);
+        for piece in pieces {
+            put(link.to_harness, piece);
+        }
     });
 }
 

@@ -92,7 +92,7 @@ fn main() -> ! {
     if controller.configure(config, crc, Retained { parked: Some(parked) }).is_ok() {
         // SAFETY: SysTick is not running yet.
         unsafe { (*PLANNER.0.get()).write(Planner::new(config)) };
-        link::send_coefficients(controller.coefficient_bytes());
+        link::send_coefficients(controller.parameter_bytes());
         defect::in_law(controller, config);
         start_ticking(config.tick_hz);
     } else {
@@ -143,6 +143,11 @@ fn start_ticking(tick_hz: u32) {
 
 #[exception]
 fn SysTick() {
+    // In lock-step a tick waits until idle has sent the record of the one before, however long that took.
+    // SAFETY: idle touches the queue with SysTick masked.
+    if !unsafe { &*RECORDS.0.get() }.is_empty() {
+        return;
+    }
     // SAFETY: SysTick starts only after both are written, and is their only user.
     let (controller, planner) =
         unsafe { ((*CONTROLLER.0.get()).assume_init_mut(), (*PLANNER.0.get()).assume_init_mut()) };
