@@ -9,6 +9,7 @@ pub mod config;
 pub mod drivers;
 pub mod dynamics;
 pub mod estimator;
+pub mod evidence;
 pub mod executive;
 pub mod io;
 pub mod kinematics;

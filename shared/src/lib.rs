@@ -5,6 +5,7 @@
 pub mod arm;
 pub mod command;
 pub mod crc32;
+pub mod evidence;
 pub mod fault;
 pub mod pil;
 pub mod telemetry;
