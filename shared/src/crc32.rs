@@ -8,6 +8,7 @@ static TABLE: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
 ///
 /// It finds every burst of up to 32 bits, every error of up to four bits in up to 371 bytes, and of up to
 /// three bits in up to 11 KiB (Koopman's tables for 0x82608edb).
+#[inline(never)]
 pub fn crc32(bytes: &[u8]) -> u32 {
     TABLE.checksum(bytes)
 }

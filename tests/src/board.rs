@@ -22,18 +22,18 @@ pub const STAGES: &[Stage] = &[
             "Ads131m04",
         ],
     ),
-    ("memory", &["firmware::memory::"]),
+    ("memory", &["control::memory::"]),
     ("estimate", &["estimator::", "Executive<S,O,I>>::state"]),
-    ("monitor", &["firmware::monitor::", "executive::sample::"]),
-    ("trajectory", &["firmware::path::", "supervisor::follow::", "set_point"]),
-    ("kinematics and dynamics", &["firmware::dynamics::"]),
-    ("law and adaptation", &["firmware::law::", "executive::control::"]),
-    ("supervise", &["executive::supervise::", "firmware::supervisor::"]),
+    ("monitor", &["control::monitor::", "executive::sample::"]),
+    ("trajectory", &["control::path::", "supervisor::follow::", "set_point"]),
+    ("kinematics and dynamics", &["control::dynamics::"]),
+    ("law and adaptation", &["control::law::", "executive::control::"]),
+    ("supervise", &["executive::supervise::", "control::supervisor::"]),
+    ("telemetry", &["::publish"]),
     (
         "encode and write",
         &["Dac81404", "firmware::io::", "executive::output::"],
     ),
-    ("telemetry", &["Executive<S,O,I>>::publish"]),
 ];
 
 /// Index of the emulator link in [`STAGES`]: wire time on silicon, left out of every sum.

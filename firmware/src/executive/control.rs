@@ -168,7 +168,9 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
             let state = self.state();
             let c = &self.memory.coefficients;
             let change = before.acceleration(&state) - c.law.acceleration(&state);
-            let step = c.dynamics.inertia_times(&state.q, &change);
+            // Gravity cancels.
+            let (rest, at) = (JointVector::repeat(0.0), &c.dynamics);
+            let step = at.torque(&state.q, &rest, &change) - at.torque(&state.q, &rest, &rest);
             let d_hat = &mut self.memory.estimates.d_hat;
             *d_hat = law::adapt(&c.law, d_hat, &step);
         }

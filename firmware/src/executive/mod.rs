@@ -270,7 +270,7 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
     pub fn tick(&mut self, input: &TickInput<'_>, records: &mut impl RecordSink) {
         self.findings = Findings::NONE;
         let mut driven = self.update();
-        if self.memory.agrees() {
+        let (control, codes) = if self.memory.agrees() {
             self.sample(input);
             self.supervise(input);
             let levels = self.mode.levels(&self.memory.thresholds.timing);
@@ -278,10 +278,11 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
             let control = self.control(input);
             let codes = self.write(&control.torque);
             self.conclude(driven);
-            self.publish(&control, codes, records);
+            (control, codes)
         } else {
-            self.repair(records);
-        }
+            (self.repair(), [output::DAC_ZERO; JOINTS])
+        };
+        self.publish(&control, codes, records);
         self.feed_watchdog();
     }
 }

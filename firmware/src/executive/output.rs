@@ -9,13 +9,13 @@ use shared::telemetry::Record;
 use super::control::Control;
 use super::{DAC, Executive, RecordSink};
 use crate::JointVector;
-use crate::io::Levels;
+use crate::supervisor::Levels;
 use crate::math::round_to_i32;
 use crate::memory::Health;
 use crate::monitor::Finding;
 
 /// DAC code of no torque, offset binary.
-const DAC_ZERO: u16 = 0x8000;
+pub(super) const DAC_ZERO: u16 = 0x8000;
 /// Codes from DAC mid-scale to full scale.
 const DAC_HALF_SCALE: f32 = 32_768.0;
 /// A tick that went through all its stages, and one that looked for the good copy of the parameters.
@@ -92,7 +92,7 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
     /// taken, so to the next tick more than one has passed.
     #[cold]
     #[inline(never)]
-    pub(super) fn repair(&mut self, records: &mut impl RecordSink) {
+    pub(super) fn repair(&mut self) -> Control {
         self.stages = self.stages << 4 | 6;
         let lost = self.memory.search(&mut self.search) == Health::Lost;
         let fault = if lost { Fault::ParametersLost } else { Fault::ParameterFlipped };
@@ -100,8 +100,7 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
         self.react_and_drive();
         self.acknowledged = false;
         let zero = JointVector::repeat(0.0);
-        let control = Control { torque: zero, e1: zero, qd: zero, e1_dot: zero, saturated: 0 };
-        self.publish(&control, [DAC_ZERO; JOINTS], records);
+        Control { torque: zero, e1: zero, qd: zero, e1_dot: zero, saturated: 0 }
     }
 
     /// Toggles the watchdog's pin when it is due, if the tick went through all its stages.

@@ -74,6 +74,8 @@ fn give_up() -> ! {
 
 impl Link {
     /// Adds to what will be sent; sends first where there is no room.
+    #[inline(never)]
+    #[unsafe(link_section = ".text.link")]
     fn post(&mut self, bytes: &[u8]) {
         if self.pending.extend_from_slice(bytes).is_err() {
             self.flush();
@@ -83,11 +85,15 @@ impl Link {
         }
     }
 
+    #[inline(never)]
+    #[unsafe(link_section = ".text.link")]
     fn flush(&mut self) {
         put(self.to_harness, &self.pending);
         self.pending.clear();
     }
 
+    #[inline(never)]
+    #[unsafe(link_section = ".text.link")]
     fn read(&mut self, bytes: &mut [u8]) {
         let mut left = bytes.len();
         while left > 0 {

@@ -50,7 +50,7 @@ pub struct Timing {
     pub(crate) lowest: [u32; JOINTS],
     pub(crate) highest: [u32; JOINTS],
     /// Distance from the parked pose that is believed, counts.
-    pub(crate) parked: [u32; JOINTS],
+    pub parked: [u32; JOINTS],
 }
 
 /// An encoder's noise is one count; four are motion.
@@ -58,39 +58,36 @@ const SLIP_MIN_COUNTS: u32 = 4;
 
 impl Timing {
     /// For a validated configuration.
-    pub fn new(config: &Config) -> Self {
+    #[inline(never)]
+    pub fn set(&mut self, config: &Config) {
         let (safety, tick_hz) = (&config.safety, config.tick_hz as f32);
         let ticks = |seconds: f32| (seconds * tick_hz + 0.5) as u32;
-        let stop = safety.stop_s * tick_hz;
-        let mut timing = Self {
-            // Both converters want a reset pulse of micro-seconds and are ready after milli-seconds
-            // (ADS131M04 section 8.4.1, DAC81404 section 7.4).
-            reset: ticks(0.002),
-            settle: ticks(0.012),
-            boot: ticks(0.5),
-            preload: ticks(safety.preload_s),
-            brake_open: ticks(safety.brake_open_s),
-            // Five time constants of the slowest law's 50 rad/s take up what the model lacks.
-            calm: ticks(0.1),
-            test: ticks(safety.test_move_s),
-            test_per_tick: 1.0 / (safety.test_move_s * tick_hz),
-            test_per_s: 1.0 / safety.test_move_s,
-            test_move: safety.test_move,
-            stop,
-            stop_per_tick: 1.0 / stop,
-            stop_per_s: 1.0 / safety.stop_s,
-            brake_set: ticks(safety.brake_set_s),
-            torque_tail: ticks(safety.torque_tail_s),
-            link: ticks(safety.link_timeout_s),
-            jog: ticks(safety.jog_timeout_s),
-            contacts: ticks(0.050),
-            ..Self::zeroed()
-        };
-        timing.measure(config);
-        timing
+        // Both converters want a reset pulse of micro-seconds and are ready after milli-seconds
+        // (ADS131M04 section 8.4.1, DAC81404 section 7.4).
+        self.reset = ticks(0.002);
+        self.settle = ticks(0.012);
+        self.boot = ticks(0.5);
+        self.preload = ticks(safety.preload_s);
+        self.brake_open = ticks(safety.brake_open_s);
+        // Five time constants of the slowest law's 50 rad/s take up what the model lacks.
+        self.calm = ticks(0.1);
+        self.test = ticks(safety.test_move_s);
+        self.test_per_tick = 1.0 / (safety.test_move_s * tick_hz);
+        self.test_per_s = 1.0 / safety.test_move_s;
+        self.test_move = safety.test_move;
+        self.stop = safety.stop_s * tick_hz;
+        self.stop_per_tick = 1.0 / self.stop;
+        self.stop_per_s = 1.0 / safety.stop_s;
+        self.brake_set = ticks(safety.brake_set_s);
+        self.torque_tail = ticks(safety.torque_tail_s);
+        self.link = ticks(safety.link_timeout_s);
+        self.jog = ticks(safety.jog_timeout_s);
+        self.contacts = ticks(0.050);
+        self.measure(config);
     }
 
     /// Fills in what is kept in counts and position words; casts stop at what a word holds.
+    #[inline(never)]
     fn measure(&mut self, config: &Config) {
         let safety = &config.safety;
         let words = (1 << FRACTION_BITS) as f32;

@@ -2,7 +2,7 @@
 
 use shared::arm::JOINTS;
 
-use super::{Path, Phase, Rate, SetPoint};
+use super::{Phase, Rate, SetPoint};
 
 /// Position words `origin + velocity · phase`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -16,15 +16,13 @@ pub struct Line {
 }
 
 impl Line {
-    /// The same velocity along the line that `path` follows, if it is one.
-    pub fn from(&self, path: &Path) -> Self {
-        match path {
-            Path::Line(line) => Self { origin: line.origin, ..*self },
-            Path::Curve(_) => *self,
-        }
+    /// Whether both lines lead the same way at the same speed.
+    pub fn is_parallel_to(&self, other: &Self) -> bool {
+        self.velocity_q8 == other.velocity_q8
     }
 
     /// The set-point at `phase`, passed at `rate`.
+    #[inline(never)]
     pub fn set_point_at(&self, phase: Phase, rate: Rate) -> SetPoint {
         let mut set_point = SetPoint::default();
         for j in 0..JOINTS {

@@ -30,6 +30,7 @@ const WORDS: f32 = (1 << FRACTION_BITS) as f32;
 
 impl EncoderLimits {
     /// For a validated configuration.
+    #[inline(never)]
     pub fn new(config: &Config) -> Self {
         let (safety, tick_hz) = (&config.safety, config.tick_hz as f32);
         let mut limits = Self::zeroed();
@@ -68,6 +69,6 @@ impl Thresholds {
         self.torque = TorqueLimits::new(config);
         self.motion = MotionLimits::new(config);
         self.clock = ClockLimits::new(config);
-        self.timing = Timing::new(config);
+        self.timing.set(config);
     }
 }

@@ -67,7 +67,8 @@ impl Coefficients {
 /// A law's coefficients with their check sum, computed outside the tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gained {
-    pub(crate) law: law::Coefficients,
+    /// The coefficients.
+    pub law: law::Coefficients,
     crc: u32,
 }
 

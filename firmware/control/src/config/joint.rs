@@ -80,7 +80,8 @@ impl Joint {
 
 impl Joint {
     /// Layout of the encoder's frames.
-    pub(crate) fn layout(&self, j: usize) -> Result<Layout, ConfigError> {
+    /// Refuses a width that no head has.
+    pub fn layout(&self, j: usize) -> Result<Layout, ConfigError> {
         let value = self.encoder_bits as f32;
         Layout::new(self.encoder_bits).ok_or(ConfigError::OutOfRange {
             field: "encoder_bits",

@@ -34,6 +34,7 @@ const FULL_SCALE: f32 = 8_388_608.0;
 
 impl TorqueLimits {
     /// For a validated configuration.
+    #[inline(never)]
     pub fn new(config: &Config) -> Self {
         let safety = &config.safety;
         Self {

@@ -110,6 +110,7 @@ impl Safety {
         conversions_hz: 32_000.0,
     };
 
+    #[inline(never)]
     pub(super) fn validate(&self, check: &mut Check) {
         check.one("stop_s", 0, self.stop_s, 0.05, 1.0);
         check.one("preload_s", 0, self.preload_s, 0.005, 1.0);

@@ -1,12 +1,10 @@
 //! Following a path at a rate that changes: jogging and stopping.
 
-use crate::path::{Pace, Path, Phase, Ramp, Rate, SetPoint};
+use crate::path::{Pace, Phase, Ramp, Rate};
 
-/// A path with the rate at which it is followed.
+/// Place on a path, and the rate at which it is followed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Follower {
-    /// The path.
-    pub path: Path,
     /// Where the ramp began.
     base: Phase,
     ramp: Ramp,
@@ -17,14 +15,20 @@ pub struct Follower {
 }
 
 impl Follower {
-    /// On `path` at `phase` and `rate`, on the way to the rate `goal`, 0 or 1.
-    pub fn new(path: Path, base: Phase, rate: Rate, goal: u32, pace: &Pace) -> Self {
-        Self { path, base, ramp: Ramp::new(rate, goal as f32, pace), goal, tick: 0 }
+    /// At `phase` and `rate`, on the way to the rate `goal`, 0 or 1.
+    pub fn new(base: Phase, rate: Rate, goal: u32, pace: &Pace) -> Self {
+        Self { base, ramp: Ramp::new(rate, goal as f32, pace), goal, tick: 0 }
     }
 
-    /// On its way to another rate from here.
-    pub fn turned(&self, goal: u32, pace: &Pace) -> Self {
-        Self::new(self.path, self.phase(pace), self.rate(pace), goal, pace)
+    /// At the start of a path and at rest, on the way to full rate.
+    pub fn from_rest(pace: &Pace) -> Self {
+        Self::new(Phase::default(), Rate::ZERO, 1, pace)
+    }
+
+    /// Turns to the rate `goal` from here.
+    #[inline(never)]
+    pub fn turn(&mut self, goal: u32, pace: &Pace) {
+        *self = Self::new(self.phase(pace), self.rate(pace), goal, pace);
     }
 
     /// Where the rate is going.
@@ -38,6 +42,7 @@ impl Follower {
     }
 
     /// Present path rate.
+    #[inline(never)]
     pub fn rate(&self, pace: &Pace) -> Rate {
         self.ramp.rate(self.tick, pace)
     }
@@ -48,6 +53,7 @@ impl Follower {
     }
 
     /// Present place on the path.
+    #[inline(never)]
     pub fn phase(&self, pace: &Pace) -> Phase {
         let ramp = pace.ticks as u32;
         let (on_ramp, after) = match self.tick.checked_sub(ramp) {
@@ -57,10 +63,5 @@ impl Follower {
         let mut phase = self.base.advanced(self.ramp.advance(on_ramp, pace));
         phase.ticks = phase.ticks.saturating_add(after.saturating_mul(self.goal));
         phase
-    }
-
-    /// Present set-point.
-    pub fn set_point(&self, pace: &Pace) -> SetPoint {
-        self.path.set_point(self.phase(pace), self.rate(pace))
     }
 }

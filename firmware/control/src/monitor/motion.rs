@@ -28,6 +28,7 @@ pub struct MotionLimits {
 
 impl MotionLimits {
     /// For a validated configuration.
+    #[inline(never)]
     pub fn new(config: &Config) -> Self {
         let safety = &config.safety;
         let mut limits = Self {

@@ -8,6 +8,7 @@
 mod enter;
 mod exit;
 mod follow;
+mod pins;
 mod reaction;
 mod table;
 mod timing;
@@ -17,14 +18,14 @@ use shared::fault::{Fault, Limit, Mode as ModeCode};
 use shared::telemetry::PATH_RATE_ONE;
 
 pub use follow::Follower;
+pub use pins::{Brakes, Levels};
 pub use reaction::{Reaction, clears};
 pub use table::{Exit, TRANSITIONS};
 pub use timing::Timing;
 
 use crate::estimator::{self, Observer};
-use crate::io::{Brakes, Levels};
 use crate::monitor::Finding;
-use crate::path::{Motion, SetPoint};
+use crate::path::{Line, Motion, Path, Rate, SetPoint};
 use crate::planner::Order;
 
 /// Why the arm was stopped.
@@ -81,14 +82,18 @@ pub enum Mode {
     Moving(Motion),
     /// Brakes open, following a line while its order is repeated.
     Jogging {
-        /// The line and its rate.
+        /// The line.
+        line: Line,
+        /// Place and rate on it.
         follower: Follower,
         /// Ticks since the last order.
         quiet: u32,
     },
     /// The path rate is on its way to zero.
     Stopping {
-        /// What is left of the path.
+        /// The path.
+        path: Path,
+        /// Place and rate on it.
         follower: Follower,
         /// Why.
         cause: Cause,
@@ -216,26 +221,27 @@ impl Mode {
     }
 
     /// Set-point of the law; `None` where no torque is wanted.
-    #[inline(always)]
-    pub fn set_point(&self, timing: &Timing) -> Option<SetPoint> {
-        match self {
-            Self::Moving(motion) => Some(motion.set_point()),
-            Self::Holding { pose } | Self::BrakeHold { pose, .. } => Some(SetPoint::hold(*pose)),
-            _ => self.rare_set_point(timing),
-        }
-    }
-
     #[cold]
     #[inline(never)]
-    fn rare_set_point(&self, timing: &Timing) -> Option<SetPoint> {
+    pub fn set_point(&self, timing: &Timing) -> Option<SetPoint> {
+        let pace = timing.pace();
         match self {
+            Self::Holding { pose } | Self::BrakeHold { pose, .. } => Some(SetPoint::hold(*pose)),
             Self::Arming { open, pose, .. } => Some(test_move(timing, *open, pose)),
-            Self::Jogging { follower, .. } | Self::Stopping { follower, .. } => {
-                Some(follower.set_point(&timing.pace()))
+            Self::Jogging { line, follower, .. } => {
+                Some(line.set_point_at(follower.phase(&pace), follower.rate(&pace)))
             }
-            Self::Lowering { motion: Some(motion), .. } => Some(motion.set_point()),
+            Self::Stopping { path, follower, .. } => {
+                Some(path.set_point(follower.phase(&pace), follower.rate(&pace)))
+            }
+            Self::Moving(motion) | Self::Lowering { motion: Some(motion), .. } => {
+                Some(motion.set_point_at(motion.phase, Rate::FULL))
+            }
             Self::Lowering { pose, .. } => Some(SetPoint::hold(*pose)),
-            _ => None,
+            Self::Boot { .. }
+            | Self::Standby { .. }
+            | Self::TorqueOff { .. }
+            | Self::Latched { .. } => None,
         }
     }
 
@@ -329,7 +335,7 @@ impl Mode {
             Self::BrakeHold { ticks, closed: 0, .. } if *ticks > timing.brake_set => {
                 1 << Limit::BrakeFeedback as u16
             }
-            Self::Jogging { follower, quiet } if follower.goal() == 0 && *quiet <= timing.jog => {
+            Self::Jogging { follower, quiet, .. } if follower.goal() == 0 && *quiet <= timing.jog => {
                 1 << Limit::SoftPosition as u16
             }
             _ => 0,
@@ -358,6 +364,7 @@ impl Mode {
 }
 
 /// Set-point of the test move `open` ticks after the brakes opened: out and back along 16 x² (1 - x)².
+#[inline(never)]
 fn test_move(timing: &Timing, open: u32, pose: &[u32; JOINTS]) -> SetPoint {
     let mut set_point = SetPoint::hold(*pose);
     let tick = open.saturating_sub(timing.calm);

@@ -97,6 +97,7 @@ impl ArmModel {
 }
 
 impl ArmModel {
+    #[inline(never)]
     pub(super) fn validate(&self, check: &mut Check) {
         let g = &self.geometry;
         let lengths = [g.a1_m, g.a2_m, g.a3_m, g.d1_m, g.d3_m];

@@ -38,7 +38,7 @@ pub struct Scale {
     /// Latch instant after the tick instant, ticks.
     latch_offset: f32,
     /// Position word step, rad or m.
-    pub(crate) step: f32,
+    pub step: f32,
     /// Position at word 0, rad or m.
     zero: f32,
     /// Velocity of one word step a tick, rad/s or m/s.

@@ -34,6 +34,7 @@ const DRIFT: f32 = 0.01;
 
 impl ClockLimits {
     /// For a validated configuration.
+    #[inline(never)]
     pub fn new(config: &Config) -> Self {
         let safety = &config.safety;
         let tick_hz = config.tick_hz as f32;

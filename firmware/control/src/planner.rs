@@ -92,6 +92,7 @@ pub struct Planner {
 
 impl Planner {
     /// For a validated configuration.
+    #[inline(never)]
     pub fn new(config: &Config) -> Self {
         let safety = &config.safety;
         let mut arm = config.arm;
@@ -113,6 +114,7 @@ impl Planner {
     }
 
     /// The order for `command`, given the encoder codes of a moment ago.
+    #[inline(never)]
     pub fn plan(&mut self, command: &Command, codes: &[u32; JOINTS]) -> Order {
         let planned = match command {
             Command::Arm => Ok(Order::Arm),
@@ -127,6 +129,7 @@ impl Planner {
     }
 
     /// The way to the rest pose from the pose at `codes`.
+    #[inline(never)]
     pub fn lower(&self, codes: &[u32; JOINTS]) -> Order {
         let mut amplitude_q5 = [0; JOINTS];
         let mut duration_s = LOWERING_MIN_S;
@@ -155,6 +158,7 @@ impl Planner {
         Motion::new(trajectory, ticks, self.ranges.map(|r| r.lsb), self.tick_hz)
     }
 
+    #[inline(never)]
     fn motion(&self, trajectory: &Trajectory) -> Result<Motion, Refusal> {
         let ticks = NonZeroU32::new(trajectory.duration_ticks).ok_or(Refusal::BadDuration)?;
         if ticks > DURATION_MAX {
@@ -197,6 +201,7 @@ impl Planner {
         })
     }
 
+    #[inline(never)]
     fn jog(&self, speeds: &[f32; JOINTS], codes: &[u32; JOINTS]) -> Result<Line, Refusal> {
         let speeds = JointVector::from(*speeds);
         if !speeds.iter().all(|v| v.is_finite()) {
@@ -223,12 +228,13 @@ impl Planner {
     }
 
     /// Whether the torque of this state leaves the reserve.
+    #[inline(never)]
     fn affords(&self, q: &JointVector, qd: &JointVector, qdd: &JointVector) -> bool {
-        let terms = self.rated.at(q);
-        let torque = terms.inertia_times(qdd) + terms.coriolis(qd) + terms.gravity();
+        let torque = self.rated.torque(q, qd, qdd);
         torque.iter().zip(&self.ranges).all(|(tau, range)| tau.abs() <= range.tau_stop)
     }
 
+    #[inline(never)]
     fn set_gain(&mut self, name: u8, values: &[f32; JOINTS]) -> Result<Gained, Refusal> {
         let (name, _) = *GainName::ALL.get(usize::from(name)).ok_or(Refusal::UnknownGain)?;
         let mut gains = self.gains;

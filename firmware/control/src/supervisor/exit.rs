@@ -5,11 +5,12 @@ use shared::fault::{Fault, Refusal};
 
 use super::{ALL, Cause, Events, Exit, Follower, Mode, Reaction, Timing, clears};
 use crate::monitor::Finding;
-use crate::path::Path;
+use crate::path::{Line, Rate};
 use crate::planner::Order;
 
 impl Mode {
     /// One tick on; says why an order had no effect.
+    #[inline(never)]
     pub fn step(&mut self, timing: &Timing, events: &Events<'_>) -> Refusal {
         let answer = events.order.map_or(Ok(None), |order| self.obey(order, events));
         let (ordered, refusal) = match answer {
@@ -49,9 +50,9 @@ impl Mode {
             }
             (Self::Holding { .. }, Order::Jog(_)) => Ok(Some(Exit::Jog)),
             (Self::Moving(_) | Self::Jogging { .. }, Order::Start(_)) => Err(Refusal::Busy),
-            (Self::Jogging { follower, quiet }, Order::Jog(line)) => {
+            (Self::Jogging { line, follower, quiet }, Order::Jog(wanted)) => {
                 // Another direction does not keep this one alive, and has to wait for its end.
-                if follower.goal() == 1 && follower.path == Path::Line(line.from(&follower.path)) {
+                if follower.goal() == 1 && line.is_parallel_to(wanted) {
                     *quiet = 0;
                     Ok(None)
                 } else {
@@ -167,11 +168,12 @@ impl Mode {
                 }
             }
             Self::Moving(motion) => motion.phase.ticks += 1,
-            Self::Jogging { follower, quiet } => {
+            Self::Jogging { line, follower, quiet } => {
                 follower.step();
                 *quiet += 1;
-                if follower.goal() == 1 && (*quiet > timing.jog || leads_out(follower, timing)) {
-                    *follower = follower.turned(0, &timing.pace());
+                let ends = *quiet > timing.jog || leads_out(line, follower, timing);
+                if follower.goal() == 1 && ends {
+                    follower.turn(0, &timing.pace());
                 }
             }
             Self::Stopping { follower, .. } => follower.step(),
@@ -229,10 +231,10 @@ fn slips(timing: &Timing, codes: &[u32; JOINTS], events: &Events<'_>) -> bool {
 }
 
 /// Whether a jog would pass the range of motion if it were stopped now.
-fn leads_out(follower: &Follower, timing: &Timing) -> bool {
+#[inline(never)]
+fn leads_out(line: &Line, follower: &Follower, timing: &Timing) -> bool {
     let pace = timing.pace();
-    let Path::Line(line) = &follower.path else { return false };
-    let place = follower.set_point(&pace).position;
+    let place = line.set_point_at(follower.phase(&pace), Rate::FULL).position;
     // A stop takes as much way as half its duration at full rate; two ticks for the decision.
     let ahead = (pace.ticks as i64) / 2 + 2;
     let ranges = timing.lowest.iter().zip(&timing.highest);

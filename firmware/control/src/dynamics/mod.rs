@@ -105,10 +105,11 @@ impl Constants {
 }
 
 impl Constants {
-    /// M(q) `a` at the pose `q`, for where it is wanted alone.
+    /// M(q) `a` + C(q, qd) qd + G(q), for where it is wanted outside the law.
     #[inline(never)]
-    pub fn inertia_times(&self, q: &JointVector, a: &JointVector) -> JointVector {
-        self.at(q).inertia_times(a)
+    pub fn torque(&self, q: &JointVector, qd: &JointVector, a: &JointVector) -> JointVector {
+        let terms = self.at(q);
+        terms.inertia_times(a) + terms.coriolis(qd) + terms.gravity()
     }
 }
 
