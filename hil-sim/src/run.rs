@@ -6,6 +6,7 @@ use std::rc::Rc;
 use std::time::Instant;
 
 use firmware::config::{ArmModel, Config, ConfigError, Law as FirmwareLaw};
+use firmware::controller::Core;
 use firmware::executive::{Executive, Retained, TickInput};
 use firmware::planner::Planner;
 use heapless::spsc::Queue;
@@ -72,8 +73,9 @@ pub fn config_of(scenario: &Scenario) -> Config {
 }
 
 /// The firmware library wired to a bench, with its telemetry queue.
-pub struct Software {
+pub struct Software<'m> {
     executive: Executive<
+        'm,
         bench::Handle<bench::Device>,
         bench::Handle<bench::Output>,
         bench::Handle<bench::Input>,
@@ -83,7 +85,7 @@ pub struct Software {
     last: Record,
 }
 
-impl Software {
+impl<'m> Software<'m> {
     /// Builds the controller.
     ///
     /// # Errors
@@ -92,8 +94,9 @@ impl Software {
         config: &Config,
         bench: &Rc<RefCell<Bench>>,
         retained: Retained,
+        core: &'m mut Core,
     ) -> Result<Self, RunError> {
-        let mut executive = Executive::new(bench::wire(bench));
+        let mut executive = Executive::new(bench::wire(bench), core);
         executive.configure(config, config.crc(), retained).map_err(RunError::Config)?;
         let (planner, last) = (Planner::new(config), Record::default());
         Ok(Self { executive, planner, queue: Queue::new(), last })
@@ -105,7 +108,7 @@ impl Software {
     }
 }
 
-impl Controller for Software {
+impl Controller for Software<'_> {
     type Error = Infallible;
 
     fn tick(&mut self, release: &Release) -> Result<Record, Infallible> {
@@ -131,8 +134,9 @@ impl Controller for Software {
 /// [`RunError::Config`] where the controller refuses the scenario's numbers.
 pub fn run(scenario: &Scenario, options: Options<'_>) -> Result<Outcome, RunError> {
     let mut session = Session::new(scenario, options.keep_rows);
+    let mut core = Core::new();
     let mut controller =
-        Software::new(&config_of(scenario), &session.bench(), session.retained())?;
+        Software::new(&config_of(scenario), &session.bench(), session.retained(), &mut core)?;
     let started = Instant::now();
     while !session.is_over() {
         let Ok(_) = session.tick(&mut controller);

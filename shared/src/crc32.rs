@@ -13,10 +13,27 @@ pub fn crc32(bytes: &[u8]) -> u32 {
     TABLE.checksum(bytes)
 }
 
-/// A check sum under way.
-pub type Digest = crc::Digest<'static, u32, Table<1>>;
+/// The CRC-32 of what `crc` is the CRC-32 of, followed by `bytes`; that of nothing is 0.
+#[inline(never)]
+pub fn continued(crc: u32, bytes: &[u8]) -> u32 {
+    // The register as it was: this CRC inverts it at the end, and reflects it at the start.
+    let mut digest = TABLE.digest_with_initial((!crc).reverse_bits());
+    digest.update(bytes);
+    digest.finalize()
+}
 
-/// The same, piece by piece.
-pub fn digest() -> Digest {
-    TABLE.digest()
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_check_value_and_any_way_to_cut_it() {
+        // The catalogue's check value.
+        let text = b"123456789";
+        assert_eq!(crc32(text), 0xCBF4_3926);
+        for cut in 0..=text.len() {
+            let (a, b) = text.split_at(cut);
+            assert_eq!(continued(continued(0, a), b), crc32(text), "{cut}");
+        }
+    }
 }

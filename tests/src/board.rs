@@ -15,25 +15,16 @@ use crate::trace::{self, Request, Trace};
 /// Stages of a tick, by the functions that they consist of.
 pub const STAGES: &[Stage] = &[
     ("link", &["mps2_an386::link::"]),
-    (
-        "read and decode",
-        &[
-            "drivers::encoder::",
-            "Ads131m04",
-        ],
-    ),
+    ("read and decode", &["drivers::encoder::", "Ads131m04"]),
     ("memory", &["control::memory::"]),
-    ("estimate", &["estimator::", "Executive<S,O,I>>::state"]),
-    ("monitor", &["control::monitor::", "executive::sample::"]),
-    ("trajectory", &["control::path::", "supervisor::follow::", "set_point"]),
+    ("estimate", &["estimator::", "Core::state"]),
+    ("monitor", &["control::monitor::", "controller::sample::", "::sample"]),
+    ("trajectory", &["control::path::", "supervisor::follow::", "set_point", "Core::aim"]),
     ("kinematics and dynamics", &["control::dynamics::"]),
-    ("law and adaptation", &["control::law::", "executive::control::"]),
-    ("supervise", &["executive::supervise::", "control::supervisor::"]),
-    ("telemetry", &["::publish"]),
-    (
-        "encode and write",
-        &["Dac81404", "firmware::io::", "executive::output::"],
-    ),
+    ("law and adaptation", &["control::law::", "controller::control::"]),
+    ("supervise", &["controller::decide::", "::supervise", "control::supervisor::"]),
+    ("telemetry", &["Core>::record", "RecordSink"]),
+    ("encode and write", &["Dac81404", "firmware::io::", "executive::output::", "controller::record::"]),
 ];
 
 /// Index of the emulator link in [`STAGES`]: wire time on silicon, left out of every sum.

@@ -81,7 +81,7 @@ pub struct Rig {
     pub devices: [Rc<Line>; JOINTS + 2],
     /// Every output pin.
     pub pins: Vec<Rc<Line>>,
-    controller: Executive<Tapped<Device>, Tapped<Output>, Handle<Input>>,
+    controller: Executive<'static, Tapped<Device>, Tapped<Output>, Handle<Input>>,
     planner: Planner,
     arm: Arm,
     tick_s: f64,
@@ -98,7 +98,7 @@ impl Rig {
         let arm = REFERENCE;
         let bench = Rc::new(RefCell::new(Bench::new(&arm, skew_s, 1)));
         let (io, devices, pins) = tap(&bench);
-        let mut controller = Executive::new(io);
+        let mut controller = Executive::new(io, Box::leak(Box::default()));
         let retained = Retained { parked: Some(std::array::from_fn(|j| code(&arm, j))) };
         controller.configure(config, config.crc(), retained).expect("a configuration in range");
         Self {

@@ -9,6 +9,7 @@
 //! `inline(always)` and takes on the optimisation of whoever calls it.
 
 pub mod config;
+pub mod controller;
 pub mod dynamics;
 pub mod estimator;
 pub mod evidence;

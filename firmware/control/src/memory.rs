@@ -8,7 +8,7 @@ use core::mem::{offset_of, size_of};
 
 use bytemuck::{Pod, Zeroable};
 use shared::arm::JOINTS;
-use shared::crc32::{Digest, crc32, digest};
+use shared::crc32::{continued, crc32};
 
 use crate::JointVector;
 use crate::config::Config;
@@ -120,10 +120,15 @@ pub enum Health {
 }
 
 /// How far the search for the good copy has come.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Search {
     /// The live copy's fixed part was found damaged.
     live_is_bad: bool,
+}
+
+impl Search {
+    /// Not begun.
+    pub const NONE: Self = Self { live_is_bad: false };
 }
 
 impl Memory {
@@ -177,7 +182,7 @@ impl Memory {
             search.live_is_bad = true;
             return Health::Unknown;
         }
-        *search = Search::default();
+        *search = Search::NONE;
         if self.agrees() { Health::Restored } else { Health::Unknown }
     }
 
@@ -189,17 +194,12 @@ impl Memory {
 
 /// Compares the two copies of the thresholds, a word a tick: at 1 kHz a round takes less than 100 ms. Where they
 /// differ, the live one is summed up piece by piece to see which is right.
-#[derive(Clone, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Scrub {
     word: usize,
-    trial: Option<Trial>,
-}
-
-/// A sum under way.
-#[derive(Clone)]
-struct Trial {
-    at: usize,
-    sum: Digest,
+    /// Bytes of the live copy that a trial has summed up, and their CRC so far; none is under way at 0.
+    summed: usize,
+    crc: u32,
     /// The shadow has taken the live copy's place already.
     last: bool,
 }
@@ -210,6 +210,9 @@ const _: () = assert!(WORDS < 99, "a round must end within 100 ms at 1 kHz");
 const PIECE: usize = 16;
 
 impl Scrub {
+    /// At the start of a round.
+    pub const NONE: Self = Self { word: 0, summed: 0, crc: 0, last: false };
+
     /// One word on; what is known of the two copies.
     #[inline(always)]
     pub fn step(&mut self, memory: &mut Memory) -> Health {
@@ -217,34 +220,37 @@ impl Scrub {
         let shadow: &[u32; WORDS] = bytemuck::cast_ref(&memory.shadow_thresholds);
         let word = self.word;
         self.word = if word + 1 < WORDS { word + 1 } else { 0 };
-        if live.get(word) == shadow.get(word) && self.trial.is_none() {
+        if live.get(word) == shadow.get(word) && self.summed == 0 {
             Health::Good
         } else {
             self.judge(memory)
         }
     }
 
+    /// One piece of a trial on.
     #[cold]
     #[inline(never)]
     fn judge(&mut self, memory: &mut Memory) -> Health {
-        let fresh = || Trial { at: 0, sum: digest(), last: false };
-        let mut trial = self.trial.take().unwrap_or_else(fresh);
         let bytes = bytemuck::bytes_of(&memory.thresholds);
-        if let Some(piece) = bytes.get(trial.at..).filter(|rest| !rest.is_empty()) {
-            trial.sum.update(piece.get(..PIECE).unwrap_or(piece));
-            trial.at += PIECE;
-            self.trial = Some(trial);
+        let rest = bytes.get(self.summed..).unwrap_or_default();
+        if !rest.is_empty() {
+            self.crc = continued(self.crc, rest.get(..PIECE).unwrap_or(rest));
+            self.summed += PIECE;
             return Health::Unknown;
         }
-        if trial.sum.finalize() == memory.crc_thresholds {
+        let (good, last) = (self.crc == memory.crc_thresholds, self.last);
+        (self.summed, self.crc, self.last) = (0, 0, false);
+        if good {
             memory.shadow_thresholds = memory.thresholds;
             return Health::Restored;
         }
-        if trial.last {
+        if last {
             return Health::Lost;
         }
+        // Where the shadow is damaged too, the next trial tells.
         memory.thresholds = memory.shadow_thresholds;
-        self.trial = Some(Trial { last: true, ..fresh() });
+        self.crc = continued(0, bytemuck::bytes_of(&memory.thresholds).get(..PIECE).unwrap_or_default());
+        (self.summed, self.last) = (PIECE, true);
         Health::Unknown
     }
 }

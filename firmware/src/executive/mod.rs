@@ -1,51 +1,26 @@
 //! The fixed-step executive: one tick walks from the sensors to the drives once, with no way back.
 
-mod control;
 mod output;
-mod sample;
-mod supervise;
 
-use bytemuck::Zeroable;
+use control::controller::{ADC, Control, Core};
+use control::monitor::Elapsed;
 use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_hal::spi::SpiDevice;
 use heapless::spsc::Producer;
 use shared::arm::JOINTS;
-use shared::fault::{Fault, Refusal};
+use shared::fault::Fault;
 use shared::telemetry::Record;
 use shared::wire::biss_c::Layout;
 
-use crate::JointVector;
+pub use control::controller::{Retained, TickInput};
+
 use crate::config::{Config, ConfigError};
 use crate::drivers::ads131m04::Ads131m04;
 use crate::drivers::dac81404::Dac81404;
+use crate::drivers::{Progress, SampleError, encoder};
 use crate::io::Io;
-use crate::memory::{Memory, Scrub, Search};
-use crate::monitor::{Bucket, Clock, Findings, Motions, Torques, Track};
-use crate::path::SetPoint;
-use crate::planner::Order;
+use crate::memory::Memory;
 use crate::supervisor::Mode;
-
-/// What a tick is handed; it reads no clock and no queue itself.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct TickInput<'a> {
-    /// Order that was planned since the last tick.
-    pub order: Option<&'a Order>,
-    /// An authentic frame of the operator came since the last tick.
-    pub alive: bool,
-    /// Free-running counter at `config::Safety::clock_hz`, at the tick's start.
-    pub cycles: u32,
-    /// What the tick before computed, in the same unit.
-    pub spent: u32,
-    /// Free-running counter of the torque converter's conversions.
-    pub conversions: u32,
-}
-
-/// What must outlive a loss of power, as the board kept it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Retained {
-    /// Encoder codes of the pose that the arm was parked in; `None` if it is not known.
-    pub parked: Option<[u32; JOINTS]>,
-}
 
 /// Where a tick leaves its record.
 pub trait RecordSink {
@@ -60,165 +35,40 @@ impl RecordSink for Producer<'_, Record> {
     }
 }
 
-/// Index of the torque converter among the counted devices.
-const ADC: usize = JOINTS;
-/// Index of the DAC among the counted devices.
-const DAC: usize = JOINTS + 1;
-
-/// Both contacts of the emergency stop as they were.
-#[derive(Clone, Copy, Debug, Default)]
-struct Contacts {
-    /// Ticks that they have disagreed.
-    differ: u32,
-    /// They disagreed for too long and have not been seen to agree on open since.
-    suspect: bool,
-    /// Either is open.
-    open: bool,
-}
-
-/// What the last ticks under control left for the monitors.
-#[derive(Clone, Copy, Debug)]
-struct Trace {
-    /// The law computed the torque.
-    in_control: bool,
-    /// The arm's motion tells of disturbances.
-    adapts: bool,
-    /// Ticks for which samples get a wider window: torque was at its limit.
-    loose: u8,
-    /// Set-point.
-    aim: SetPoint,
-    /// Speed less its set-point, rad/s and m/s.
-    speed_error: JointVector,
-    /// Accelerations that the law wanted in the last two ticks, word steps a tick². What tick k wants acts from
-    /// k + 1 to k + 2, so k + 2 is the first to see it: both take turns.
-    wanted: [JointVector; 2],
-    /// Torque written, and torque acting since LDAC, N m and N.
-    written: JointVector,
-    acting: JointVector,
-    /// Last disturbance estimate that was finite, N m and N.
-    d_hat: JointVector,
-}
-
-impl Trace {
-    const NONE: Self = {
-        let zero = JointVector::new(0.0, 0.0, 0.0, 0.0);
-        Self {
-            in_control: false,
-            adapts: false,
-            loose: 0,
-            aim: SetPoint { position: [0; JOINTS], velocity: [0.0; JOINTS], acceleration: [0.0; JOINTS] },
-            speed_error: zero,
-            wanted: [zero; 2],
-            written: zero,
-            acting: zero,
-            d_hat: zero,
-        }
-    };
-}
-
-/// The controller with everything it owns. What every tick uses comes first: loads of floats do not reach far.
-#[repr(C, align(8))]
-pub struct Executive<S, O, I> {
-    trace: Trace,
-    tracks: [Track; JOINTS],
-    mode: Mode,
-    memory: Memory,
-    search: Search,
-    scrub: Scrub,
-    clock: Clock,
-    torques: Torques,
-    motions: Motions,
-    findings: Findings,
-    /// Fault that the mode has reacted to in this tick.
-    judged: Fault,
-    contacts: Contacts,
-    /// Encoders, ADC and DAC.
-    buckets: [Bucket; JOINTS + 2],
-    /// Any of them is not empty.
-    leaking: bool,
-    /// Encoders that gave a sample since boot, one bit each.
-    seen: u8,
-    /// Encoders that are no longer believed, one bit each.
-    blind: u8,
-    /// Encoders whose sample was implausible in this tick and in the one before, one bit each.
-    implausible: [u8; 2],
-    adc_ready: bool,
-    dac_ready: bool,
-    /// The DAC holds four good codes that LDAC may pass on.
-    acknowledged: bool,
-    /// Nothing speaks against adaptation: every joint is seen, and no estimate was ever not finite.
-    may_adapt: bool,
-    /// The operator vouches for the pose at power-up.
-    pose_confirmed: bool,
-    /// Level of the watchdog's pin.
-    fed: bool,
-    /// One bit a device whose sample this tick could not use.
-    rejected: u8,
-    /// Drive enables and brake releases as driven.
-    powered: u8,
-    /// Records that the queue had no room for.
-    dropped: u8,
-    /// Why the last command had no effect.
-    refusal: Refusal,
-    /// Ticks since reset.
-    tick: u32,
-    /// Which of two alternating memories this tick reads and then writes.
-    turn: usize,
-    /// Stages that this tick has gone through, four bits each.
-    stages: u32,
-    /// Ticks since the operator's last authentic frame.
-    silence: u32,
-    /// Ticks between two feeds of the watchdog, and those left to the next one.
-    feed: (u32, u32),
-    retained: Retained,
-    layouts: [Layout; JOINTS],
+/// The controller: its core and the devices that it is wired to.
+pub struct Executive<'m, S, O, I> {
+    core: &'m mut Core,
+    io: Io<S, O, I>,
     adc: Ads131m04,
     dac: Dac81404,
-    io: Io<S, O, I>,
+    layouts: [Layout; JOINTS],
+    adc_ready: bool,
+    dac_ready: bool,
+    /// Drive enables and brake releases as driven.
+    powered: u8,
+    /// Level of the watchdog's pin.
+    fed: bool,
+    /// Ticks between two feeds of the watchdog, and those left to the next one.
+    feed: (u32, u32),
+    /// Stages that this tick has gone through, four bits each.
+    stages: u32,
 }
 
-impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
+impl<'m, S: SpiDevice, O: OutputPin, I: InputPin> Executive<'m, S, O, I> {
     /// A controller that has no configuration yet; no pin is touched before the first tick.
-    #[inline(always)]
-    pub fn new(io: Io<S, O, I>) -> Self {
+    pub fn new(io: Io<S, O, I>, core: &'m mut Core) -> Self {
         Self {
+            core,
             io,
             adc: Ads131m04::new(),
             dac: Dac81404::new(),
             layouts: [Layout::default(); JOINTS],
-            memory: Memory::zeroed(),
-            search: Search::default(),
-            scrub: Scrub::default(),
-            mode: Mode::RESET,
-            findings: Findings::NONE,
-            judged: Fault::None,
-            tracks: [Track::default(); JOINTS],
-            buckets: [Bucket::FULL; JOINTS + 2],
-            leaking: true,
-            clock: Clock::default(),
-            torques: Torques::default(),
-            motions: Motions::default(),
-            contacts: Contacts::default(),
-            trace: Trace::NONE,
-            seen: 0,
-            blind: 0,
-            implausible: [0; 2],
             adc_ready: false,
             dac_ready: false,
-            acknowledged: false,
-            may_adapt: true,
-            retained: Retained::default(),
-            pose_confirmed: false,
-            silence: 0,
-            tick: 0,
-            turn: 0,
-            feed: (0, 0),
-            fed: false,
-            stages: 0,
-            rejected: 0,
             powered: 0,
-            dropped: 0,
-            refusal: Refusal::None,
+            fed: false,
+            feed: (0, 0),
+            stages: 0,
         }
     }
 
@@ -234,12 +84,7 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
         crc: u32,
         retained: Retained,
     ) -> Result<(), ConfigError> {
-        config.check(crc)?;
-        config.validate()?;
-        let [j1, j2, j3, j4] = &config.joints;
-        self.layouts = [j1.layout(0)?, j2.layout(1)?, j3.layout(2)?, j4.layout(3)?];
-        self.memory.set(config);
-        self.retained = retained;
+        self.layouts = self.core.configure(config, crc, retained)?;
         // Toggled every 2 ms (docs/parts.md, external watchdog).
         let interval = config.tick_hz / 500;
         self.feed = (interval, interval);
@@ -248,13 +93,13 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
 
     /// What the configuration became, as bytes in two pieces: equal on host and target, or the builds differ.
     pub fn parameter_bytes(&self) -> [&[u8]; 2] {
-        let memory = &self.memory;
+        let memory = self.core.memory();
         [bytemuck::bytes_of(&memory.coefficients), bytemuck::bytes_of(&memory.thresholds)]
     }
 
     /// Parameters, their shadow and the estimates, for whoever injects faults into memory.
     pub fn memory(&mut self) -> &mut Memory {
-        &mut self.memory
+        self.core.memory_mut()
     }
 
     /// One control tick: update (LDAC), sample, compute, write. The only entry.
@@ -268,21 +113,126 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
     /// Allocates nothing, has no panic path, loops only over joints and reads no clock.
     #[inline(always)]
     pub fn tick(&mut self, input: &TickInput<'_>, records: &mut impl RecordSink) {
-        self.findings = Findings::NONE;
+        let sound = self.core.begin();
         let mut driven = self.update();
-        let (control, codes) = if self.memory.agrees() {
-            self.sample(input);
-            self.supervise(input);
-            let levels = self.mode.levels(&self.memory.thresholds.timing);
-            driven &= self.drive(levels);
-            let control = self.control(input);
-            let codes = self.write(&control.torque);
-            self.conclude(driven);
-            (control, codes)
-        } else {
-            (self.repair(), [output::DAC_ZERO; JOINTS])
-        };
-        self.publish(&control, codes, records);
+        if !sound {
+            self.repair(records);
+            return;
+        }
+        self.sample(input);
+        self.supervise(input);
+        driven &= self.drive();
+        let control = self.control(input);
+        let codes = self.write(&control.torque);
+        if self.core.conclude(driven) {
+            self.drive_again();
+        }
+        let record = self.core.record(&control, codes, self.adc.codes(), self.powered);
+        if !records.push(record) {
+            self.core.record_dropped();
+        }
         self.feed_watchdog();
+    }
+
+    /// Reads encoders, in joint order as their latch offsets assume, and the torque converter.
+    #[inline(always)]
+    fn sample(&mut self, input: &TickInput<'_>) {
+        self.stages = self.stages << 4 | 2;
+        match self.core.start_sampling(input) {
+            Elapsed::Regular => {
+                // Written out: with constant indices no address is computed.
+                self.sample_joint(0);
+                self.sample_joint(1);
+                self.sample_joint(2);
+                self.sample_joint(3);
+            }
+            Elapsed::Irregular(ticks) => self.sample_after(ticks),
+        }
+        if self.adc_ready {
+            self.sample_torque(input);
+        }
+        self.core.end_sampling();
+    }
+
+    #[inline(always)]
+    fn sample_joint(&mut self, j: usize) {
+        match encoder::read(&mut self.io.encoders[j], &self.layouts[j]) {
+            Ok(sample) => self.core.take(j, sample.code, sample.warning),
+            Err(_) => self.core.lose(j),
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn sample_after(&mut self, ticks: f32) {
+        self.core.catch_up(ticks);
+        for (j, (port, layout)) in self.io.encoders.iter_mut().zip(&self.layouts).enumerate() {
+            let sample = encoder::read(port, layout).ok();
+            self.core.take_after(j, sample.map(|s| (s.code, s.warning)), ticks);
+        }
+    }
+
+    #[inline(always)]
+    fn sample_torque(&mut self, input: &TickInput<'_>) {
+        match self.adc.sample(&mut self.io.adc) {
+            Ok(sample) if sample.overrange == 0 => {
+                if sample.command_refused {
+                    self.core.adc_refused();
+                }
+                self.core.take_torque(&sample.codes, input);
+            }
+            // A code that a rail has clipped is none.
+            Ok(_) => self.core.miss(ADC, Fault::TorqueAdcLost),
+            Err(SampleError::Reset) => self.core.miss(ADC, Fault::AdcReset),
+            Err(SampleError::Configuration) => self.core.miss(ADC, Fault::AdcConfiguration),
+            Err(_) => self.core.miss(ADC, Fault::TorqueAdcLost),
+        }
+    }
+
+    /// Watches over operator and parameters, and moves the mode where there is something to decide.
+    #[inline(always)]
+    fn supervise(&mut self, input: &TickInput<'_>) {
+        self.stages = self.stages << 4 | 3;
+        let open = self.io.inputs.contacts_open();
+        if self.core.supervise(input, open) {
+            self.decide(input);
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn decide(&mut self, input: &TickInput<'_>) {
+        if let Mode::Boot { ticks, .. } = *self.core.mode() {
+            self.boot(ticks, input.conversions);
+        }
+        let brakes = self.io.inputs.brakes();
+        self.core.decide(input, brakes, self.adc_ready && self.dac_ready);
+    }
+
+    /// One boot step of each converter.
+    #[cold]
+    #[inline(never)]
+    fn boot(&mut self, ticks: u32, conversions: u32) {
+        if ticks == 0 {
+            self.core.start_over();
+            (self.adc, self.dac) = (Ads131m04::new(), Dac81404::new());
+            (self.adc_ready, self.dac_ready) = (false, false);
+        }
+        if ticks < self.core.memory().thresholds.timing.settle {
+            return;
+        }
+        if !self.adc_ready && self.adc.boot_step(&mut self.io.adc) == Progress::Ready {
+            self.adc_ready = true;
+            self.core.adc_is_ready(conversions);
+        }
+        if !self.dac_ready {
+            self.dac_ready = self.dac.boot_step(&mut self.io.dac) == Progress::Ready;
+        }
+    }
+
+    #[inline(always)]
+    fn control(&mut self, input: &TickInput<'_>) -> Control {
+        self.stages = self.stages << 4 | 4;
+        self.core.control(input)
     }
 }

@@ -6,6 +6,7 @@ mod emulator;
 
 use std::path::Path;
 
+use firmware::controller::Core;
 use shared::pil::Release;
 use shared::telemetry::Record;
 use thiserror::Error;
@@ -53,7 +54,8 @@ pub fn run(
     let mut board_side = Session::new(scenario, false);
     let mut host_side = Session::new(scenario, false);
     let config = config_of(scenario);
-    let mut software = Software::new(&config, &host_side.bench(), host_side.retained())?;
+    let mut core = Core::new();
+    let mut software = Software::new(&config, &host_side.bench(), host_side.retained(), &mut core)?;
     let mut board = Emulator::start(image, &config, board_side.retained(), board_side.bench())?;
     for bench in [board_side.bench(), host_side.bench()] {
         bench.borrow_mut().keep_traffic();

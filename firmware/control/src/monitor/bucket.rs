@@ -10,6 +10,8 @@ const FULL: u8 = 6;
 pub struct Bucket(u8);
 
 impl Bucket {
+    /// Of a device without losses.
+    pub const EMPTY: Self = Self(0);
     /// Of a device that never gave a sample.
     pub const FULL: Self = Self(FULL);
 

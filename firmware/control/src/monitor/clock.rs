@@ -82,6 +82,18 @@ pub struct Clock {
 }
 
 impl Clock {
+    /// Before the first tick.
+    pub const NONE: Self = Self {
+        last: 0,
+        started: false,
+        late: Bucket::EMPTY,
+        over_budget: Bucket::EMPTY,
+        irregular: 0,
+        window: 0,
+        conversions: 0,
+        drifts: false,
+    };
+
     /// Takes the cycle counter at a tick's start, and what the tick before it computed.
     #[inline(always)]
     pub fn tick(

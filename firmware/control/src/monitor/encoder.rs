@@ -43,6 +43,9 @@ pub struct Track {
 }
 
 impl Track {
+    /// Of an encoder that gave no sample yet.
+    pub const NONE: Self = Self { code: 0, step: 0, still: (0, 0), rejected: [0; MANY - 1] };
+
     /// At rest at `code`.
     pub fn at_rest(code: u32) -> Self {
         Self { code, still: (code, code << FRACTION_BITS), ..Self::default() }

@@ -75,6 +75,9 @@ pub struct Motions {
 }
 
 impl Motions {
+    /// Before the first tick.
+    pub const NONE: Self = Self { turn: 0, fast: [0; JOINTS], astray: 0 };
+
     /// Judges the distance to the set-point, rad and m, under control; joints in `excused` need not follow it.
     // By value: what a cold path takes by reference has to live in memory.
     #[inline(always)]

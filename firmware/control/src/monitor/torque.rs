@@ -59,6 +59,9 @@ pub struct Torques {
 }
 
 impl Torques {
+    /// Before the first sample.
+    pub const NONE: Self = Self { confirmed: [0; JOINTS], lasting: [0; JOINTS], suspect: 0 };
+
     /// Compares one sample of all joints: codes of the converter, what the drives gave if they obeyed (N m
     /// and N), and speed less its set-point (rad/s and m/s).
     #[inline(always)]

@@ -16,6 +16,7 @@ use core::mem::MaybeUninit;
 use cortex_m::peripheral::{SCB, SYST};
 use cortex_m_rt::{entry, exception};
 use firmware::config::Config;
+use firmware::controller::Core;
 use firmware::executive::{Executive, RecordSink, Retained, TickInput};
 use firmware::io::{Inputs, Io, Outputs};
 use firmware::planner::Planner;
@@ -39,7 +40,7 @@ pub static __INTERRUPTS: [unsafe extern "C" fn(); 1] = {
 /// SysTick clock of the board, Hz (Arm DAI0386).
 const CLOCK_HZ: u32 = 25_000_000;
 
-type Controller = Executive<Tunnel, Line, Level>;
+type Controller = Executive<'static, Tunnel, Line, Level>;
 
 /// A static that one exception owns.
 struct Owned<T>(UnsafeCell<T>);
@@ -52,6 +53,9 @@ static CONTROLLER: Owned<MaybeUninit<Controller>> = Owned(UnsafeCell::new(MaybeU
 
 /// As [`CONTROLLER`].
 static PLANNER: Owned<MaybeUninit<Planner>> = Owned(UnsafeCell::new(MaybeUninit::uninit()));
+
+/// What the controller believes and decides: its alone.
+static CORE: Owned<Core> = Owned(UnsafeCell::new(Core::new()));
 
 /// Comes from the harness; kept off the stack.
 static CONFIG: Owned<Config> = Owned(UnsafeCell::new(bytemuck::zeroed()));
@@ -81,14 +85,15 @@ fn main() -> ! {
     stack::paint();
     link::open();
     // SAFETY: SysTick is not running yet, and nothing else touches these.
-    let (config, controller) = unsafe { (&mut *CONFIG.0.get(), &mut *CONTROLLER.0.get()) };
+    let (config, core, controller) =
+        unsafe { (&mut *CONFIG.0.get(), &mut *CORE.0.get(), &mut *CONTROLLER.0.get()) };
     link::receive(bytemuck::bytes_of_mut(config));
     let mut kept = [0_u32; 1 + JOINTS];
     link::receive(bytemuck::bytes_of_mut(&mut kept));
     let [crc, parked @ ..] = kept;
     defect::before_configuration(config);
     let crc = defect::in_coefficients(config, crc);
-    let controller = controller.write(Executive::new(wire()));
+    let controller = controller.write(Executive::new(wire(), core));
     if controller.configure(config, crc, Retained { parked: Some(parked) }).is_ok() {
         // SAFETY: SysTick is not running yet.
         unsafe { (*PLANNER.0.get()).write(Planner::new(config)) };

@@ -21,6 +21,7 @@ use cortex_m::peripheral::{DWT, NVIC};
 use cortex_m::{asm, singleton};
 use cortex_m_rt::entry;
 use firmware::config::{Config, ConfigError};
+use firmware::controller::Core;
 use firmware::executive::{Executive, Retained, TickInput};
 use firmware::io::Io;
 use shared::arm::REFERENCE;
@@ -34,7 +35,7 @@ use crate::telemetry::{Measured, Recorder, Serial};
 
 /// The controller and what its tick needs of the board.
 struct Control {
-    executive: Executive<Bus, Output, Input>,
+    executive: Executive<'static, Bus, Output, Input>,
     reader: Reader,
     recorder: Recorder,
     tick: &'static tim2::RegisterBlock,
@@ -45,6 +46,9 @@ struct Control {
     /// All of them, modulo 2³².
     adc_total: u32,
 }
+
+/// What the controller believes and decides: its alone.
+static mut CORE: Core = Core::new();
 
 /// Written once by `main` before the interrupt is unmasked, then the interrupt's alone.
 static mut CONTROL: Option<Control> = None;
@@ -89,7 +93,9 @@ fn control(p: &'static Peripherals, pins: Pins) -> Result<Control, ConfigError> 
         outputs: pins.outputs,
         inputs: pins.inputs,
     };
-    let mut executive = Executive::new(io);
+    // SAFETY: `main` alone is running, and hands it to the interrupt with the rest.
+    let core = unsafe { &mut *(&raw mut CORE) };
+    let mut executive = Executive::new(io, core);
     executive.configure(&config, config.crc(), Retained::default())?;
     Ok(Control {
         executive,

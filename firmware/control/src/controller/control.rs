@@ -1,10 +1,8 @@
 //! Estimate, set-point, law and limits.
 
-use embedded_hal::digital::{InputPin, OutputPin};
-use embedded_hal::spi::SpiDevice;
 use shared::fault::{Fault, Limit};
 
-use super::{Executive, TickInput, Trace};
+use super::{Core, TickInput, Trace, zero};
 use crate::JointVector;
 use crate::law::{self, State};
 use crate::math::clamp_symmetric;
@@ -16,22 +14,34 @@ use crate::supervisor::Mode;
 
 /// What the law leaves for bus and telemetry.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Control {
+pub struct Control {
+    /// Torque command, N m and N.
     pub torque: JointVector,
+    /// Position error q - q_d, rad and m.
     pub e1: JointVector,
+    /// Velocity estimate, rad/s and m/s.
     pub qd: JointVector,
+    /// Velocity error, rad/s and m/s.
     pub e1_dot: JointVector,
+    /// One bit a joint whose torque is at its limit.
     pub saturated: u8,
+}
+
+impl Control {
+    /// No torque, and nothing to report of a law.
+    #[inline(always)]
+    pub fn none() -> Self {
+        Self { torque: zero(), e1: zero(), qd: zero(), e1_dot: zero(), saturated: 0 }
+    }
 }
 
 /// Ticks after a torque at its limit in which joints do not follow the law's acceleration.
 const LOOSE_TICKS: u8 = 4;
 
-impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
+impl Core {
     /// The torques of this tick.
     #[inline(always)]
-    pub(super) fn control(&mut self, input: &TickInput<'_>) -> Control {
-        self.stages = self.stages << 4 | 4;
+    pub fn control(&mut self, input: &TickInput<'_>) -> Control {
         if let Some(Order::SetGains(gained)) = input.order {
             self.set_gains(gained);
         }
@@ -76,7 +86,7 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
         let finite = wanted.torque.sum() * 0.0 == 0.0;
         if !finite || (fault != self.judged && fault == Fault::ErrorWindow) {
             torque = self.distrust(finite);
-        } else if self.trace.adapts & self.may_adapt {
+        } else if self.trace.adapts & !self.spoilt {
             // A joint at its torque limit learns nothing: its error is not the disturbance's.
             let step =
                 wanted.adaptation.zip_map(&saturated, |s, at| if at == 0.0 { s } else { 0.0 });
@@ -125,17 +135,16 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
     #[cold]
     #[inline(never)]
     fn rest(&mut self) -> Control {
-        let zero = JointVector::repeat(0.0);
         let observers = &self.memory.estimates.observers;
         let (written, acting) = (self.trace.written, self.trace.acting);
         let aim = SetPoint::hold(observers.map(|o| o.position));
         self.trace = Trace { written, acting, aim, ..Trace::NONE };
-        let c = &self.memory.coefficients.scales;
-        let mut qd = zero;
-        for ((slot, observer), scale) in qd.iter_mut().zip(observers).zip(c) {
+        let scales = &self.memory.coefficients.scales;
+        let mut qd = zero();
+        for ((slot, observer), scale) in qd.iter_mut().zip(observers).zip(scales) {
             *slot = observer.velocity(scale);
         }
-        Control { torque: zero, e1: zero, qd, e1_dot: zero, saturated: 0 }
+        Control { qd, ..Control::none() }
     }
 
     /// Estimates that are no numbers, or further from the set-point than anything explains, start anew from the
@@ -151,7 +160,7 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
             if !estimates.d_hat.iter().all(|d| d.is_finite()) {
                 estimates.d_hat = self.trace.d_hat;
             }
-            self.may_adapt = false;
+            self.spoilt = true;
             self.findings.raise(Finding::new(Fault::NotFinite));
         }
         self.trace.written
@@ -169,7 +178,7 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
             let c = &self.memory.coefficients;
             let change = before.acceleration(&state) - c.law.acceleration(&state);
             // Gravity cancels.
-            let (rest, at) = (JointVector::repeat(0.0), &c.dynamics);
+            let (rest, at) = (zero(), &c.dynamics);
             let step = at.torque(&state.q, &rest, &change) - at.torque(&state.q, &rest, &rest);
             let d_hat = &mut self.memory.estimates.d_hat;
             *d_hat = law::adapt(&c.law, d_hat, &step);

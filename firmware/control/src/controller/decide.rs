@@ -1,19 +1,12 @@
-//! The supervisor's turn in a tick: devices during boot, then the mode.
+//! The supervisor's turn in a tick.
 
-use embedded_hal::digital::{InputPin, OutputPin};
-use embedded_hal::spi::SpiDevice;
-use shared::arm::JOINTS;
 use shared::fault::Fault;
 
-use super::{Executive, TickInput, Trace};
-use crate::JointVector;
-use crate::drivers::Progress;
-use crate::drivers::ads131m04::Ads131m04;
-use crate::drivers::dac81404::Dac81404;
+use super::{Core, TickInput};
 use crate::memory::Health;
-use crate::monitor::{Bucket, Finding, Motions, Torques};
+use crate::monitor::Finding;
 use crate::planner::Order;
-use crate::supervisor::{ALL, Events, Mode, Timing};
+use crate::supervisor::{ALL, Brakes, Events, Mode, Timing};
 
 /// What boot has come to.
 #[derive(Clone, Copy)]
@@ -23,12 +16,15 @@ struct Readiness {
     complaint: Fault,
 }
 
-impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
-    /// Configures converters during boot and moves the mode.
+impl Core {
+    /// Watches over operator and parameters: `contacts_open` has a bit for each open contact of the emergency
+    /// stop. Says whether the mode has to decide ([`Core::decide`]); if not, it has gone on by itself.
     #[inline(always)]
-    pub(super) fn supervise(&mut self, input: &TickInput<'_>) {
-        self.stages = self.stages << 4 | 3;
-        self.watch_operator(input.alive);
+    pub fn supervise(&mut self, input: &TickInput<'_>, contacts_open: u8) -> bool {
+        self.silence = if input.alive { 0 } else { self.silence.saturating_add(1) };
+        if contacts_open != 0 || self.contacts.open {
+            self.judge_contacts(contacts_open);
+        }
         match self.scrub.step(&mut self.memory) {
             Health::Good => {}
             Health::Lost => self.findings.raise(Finding::new(Fault::ParametersLost)),
@@ -38,22 +34,16 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
         // Nothing to decide is the usual case, and the dearest tick is one of those.
         let quiet = input.order.is_none() && self.judged == Fault::None;
         let link = self.memory.thresholds.timing.link;
-        if !(quiet && self.silence <= link && self.mode.glides()) {
-            self.decide(input);
-        }
+        !(quiet && self.silence <= link && self.mode.glides())
     }
 
-    /// The mode's turn.
+    /// The mode's turn; `converters` says whether both are configured.
     #[cold]
     #[inline(never)]
-    fn decide(&mut self, input: &TickInput<'_>) {
-        let boot = if matches!(self.mode, Mode::Boot { .. }) {
-            self.boot(input)
-        } else {
-            Readiness { ready: false, complaint: Fault::None }
-        };
+    pub fn decide(&mut self, input: &TickInput<'_>, brakes: Brakes, converters: bool) {
+        let boot = self.readiness(input.order, converters);
         let latched = matches!(self.mode, Mode::Latched { .. });
-        let refusal = self.with_events(input.order, boot, Mode::step);
+        let refusal = self.with_events(input.order, brakes, boot, Mode::step);
         if input.order.is_some() {
             self.refusal = refusal;
         }
@@ -63,24 +53,50 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
         }
     }
 
+    /// Reacts in the same tick to what was found after the supervisor's turn; whether it did.
+    #[inline(always)]
+    pub fn conclude(&mut self, driven: bool) -> bool {
+        if !driven {
+            self.findings.raise(Finding::new(Fault::PinNotDriven));
+        }
+        let found = self.findings.worst.fault != self.judged;
+        if found {
+            self.react();
+        }
+        found
+    }
+
     /// Lets the mode react to what was found since its turn.
     #[cold]
     #[inline(never)]
-    pub(super) fn react(&mut self) {
+    fn react(&mut self) {
         self.judged = self.findings.worst.fault;
         let boot = Readiness { ready: false, complaint: Fault::None };
-        self.with_events(None, boot, Mode::react);
+        self.with_events(None, Brakes::default(), boot, Mode::react);
+    }
+
+    /// A tick whose parameters' copies differ: one more step towards the good one. No sample is taken, so to the
+    /// next tick more than one has passed.
+    #[cold]
+    #[inline(never)]
+    pub fn repair(&mut self) {
+        let lost = self.memory.search(&mut self.search) == Health::Lost;
+        let fault = if lost { Fault::ParametersLost } else { Fault::ParameterFlipped };
+        self.findings.raise(Finding::new(fault));
+        self.react();
+        self.acknowledged = false;
+        self.rejected = 0;
     }
 
     /// Tells the mode how things stand.
     fn with_events<T>(
         &mut self,
         order: Option<&Order>,
+        brakes: Brakes,
         boot: Readiness,
         tell: impl FnOnce(&mut Mode, &Timing, &Events<'_>) -> T,
     ) -> T {
         let codes = self.codes();
-        let brakes = self.io.inputs.brakes();
         let memory = &self.memory;
         let events = Events {
             order,
@@ -98,23 +114,6 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
         tell(&mut self.mode, &memory.thresholds.timing, &events)
     }
 
-    /// Last believed codes.
-    #[inline(always)]
-    pub(super) fn codes(&self) -> [u32; JOINTS] {
-        let [a, b, c, d] = &self.tracks;
-        [a.code, b.code, c.code, d.code]
-    }
-
-    /// Emergency stop and operator link.
-    #[inline(always)]
-    fn watch_operator(&mut self, alive: bool) {
-        self.silence = if alive { 0 } else { self.silence.saturating_add(1) };
-        let open = self.io.inputs.contacts_open();
-        if open != 0 || self.contacts.open {
-            self.judge_contacts(open);
-        }
-    }
-
     #[cold]
     #[inline(never)]
     fn judge_contacts(&mut self, open: u8) {
@@ -130,25 +129,14 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
         }
     }
 
-    /// One tick of boot.
-    #[cold]
-    #[inline(never)]
-    fn boot(&mut self, input: &TickInput<'_>) -> Readiness {
+    /// How far boot has come.
+    fn readiness(&mut self, order: Option<&Order>, converters: bool) -> Readiness {
         let Mode::Boot { ticks, complaint } = self.mode else {
             return Readiness { ready: false, complaint: Fault::None };
         };
-        if ticks == 0 {
-            self.start_over();
-        }
-        if self.mode.converters_awake(&self.memory.thresholds.timing) {
-            self.boot_converters(input.conversions);
-        }
-        self.pose_confirmed |= matches!(input.order, Some(Order::ConfirmPose));
-        let devices = self.adc_ready
-            && self.dac_ready
-            && self.seen == ALL
-            && self.buckets.iter().all(|bucket| bucket.level() == 0);
-        if !devices {
+        self.pose_confirmed |= matches!(order, Some(Order::ConfirmPose));
+        let lossless = self.buckets.iter().all(|bucket| bucket.level() == 0);
+        if !(converters && self.seen == ALL && lossless) {
             let late = ticks >= self.memory.thresholds.timing.boot;
             let complaint = if late { Fault::BootTimeout } else { complaint };
             return Readiness { ready: false, complaint };
@@ -171,33 +159,6 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<S, O, I> {
             Fault::ParkedPoseDiffers
         } else {
             Fault::None
-        }
-    }
-
-    /// Forgets everything about the devices, which are in reset now.
-    fn start_over(&mut self) {
-        self.adc = Ads131m04::new();
-        self.dac = Dac81404::new();
-        (self.adc_ready, self.dac_ready, self.acknowledged) = (false, false, false);
-        (self.seen, self.blind, self.may_adapt) = (0, 0, true);
-        for bucket in &mut self.buckets {
-            *bucket = Bucket::FULL;
-        }
-        self.leaking = true;
-        self.memory.estimates.d_hat = JointVector::repeat(0.0);
-        self.torques = Torques::default();
-        self.motions = Motions::default();
-        self.trace = Trace::NONE;
-    }
-
-    /// One boot step of each converter.
-    fn boot_converters(&mut self, conversions: u32) {
-        if !self.adc_ready && self.adc.boot_step(&mut self.io.adc) == Progress::Ready {
-            self.adc_ready = true;
-            self.clock.restart(conversions);
-        }
-        if !self.dac_ready {
-            self.dac_ready = self.dac.boot_step(&mut self.io.dac) == Progress::Ready;
         }
     }
 }

@@ -1,0 +1,240 @@
+//! What is believed of the samples.
+
+use shared::arm::JOINTS;
+use shared::fault::{Fault, Limit};
+
+use super::{ADC, Core, DAC, TickInput};
+use crate::estimator::Observer;
+use crate::monitor::{Elapsed, Finding, Track, Verdict};
+use crate::supervisor::ALL;
+
+impl Core {
+    /// Begins the samples of a tick; says whether they come one tick after the last ones and of joints that all
+    /// are known ([`Core::take`]), or how many ticks after ([`Core::take_after`]).
+    #[inline(always)]
+    pub fn start_sampling(&mut self, input: &TickInput<'_>) -> Elapsed {
+        self.rejected = 0;
+        let limits = &self.memory.thresholds.clock;
+        let elapsed = self.clock.tick(limits, input.cycles, input.spent, &mut self.findings);
+        let special = self.blind | (ALL & !self.seen);
+        match elapsed {
+            Elapsed::Regular if special != 0 => Elapsed::Irregular(1.0),
+            _ => elapsed,
+        }
+    }
+
+    /// Takes the sample of joint `j` one tick after the last.
+    #[inline(always)]
+    pub fn take(&mut self, j: usize, code: u32, warning: bool) {
+        let window = self.memory.thresholds.encoder.tight[j];
+        let expected = self.trace.wanted[self.turn & 1][j];
+        let distance = self.tracks[j].distance(code, expected);
+        let plain = distance.wrapping_add_unsigned(window) as u32 <= 2 * window
+            && !warning
+            && !self.tracks[j].is_stuck(code, self.trace.aim.position[j]);
+        if plain || self.believes(j, code, warning, distance) {
+            self.tracks[j].take(code);
+            let c = &self.memory.coefficients;
+            let observer = &mut self.memory.estimates.observers[j];
+            observer.update(&c.observer, &c.scales[j], code);
+        } else {
+            self.go_without(j, 1.0);
+        }
+    }
+
+    /// There is no sample of joint `j`, one tick after the last.
+    #[cold]
+    #[inline(never)]
+    pub fn lose(&mut self, j: usize) {
+        self.miss(j, Fault::EncoderLost);
+        self.go_without(j, 1.0);
+    }
+
+    /// Takes the sample of joint `j`, code and warning, if there is one, `ticks` after the last.
+    #[cold]
+    #[inline(never)]
+    pub fn take_after(&mut self, j: usize, sample: Option<(u32, bool)>, ticks: f32) {
+        let believed = match sample {
+            None => {
+                self.miss(j, Fault::EncoderLost);
+                None
+            }
+            Some((code, warning)) => {
+                let track = self.tracks.get(j).copied().unwrap_or(Track::NONE);
+                // What acceleration leaves open grows with the square of the time.
+                let distance = track.distance_after(code, ticks) as f32 / (1.0 + ticks * ticks);
+                self.believes(j, code, warning, distance as i32).then_some(code)
+            }
+        };
+        let (Some(code), Some(track)) = (believed, self.tracks.get_mut(j)) else {
+            self.go_without(j, ticks);
+            return;
+        };
+        track.take_after(code, ticks);
+        let c = &self.memory.coefficients;
+        let mut observers = self.memory.estimates.observers.iter_mut().zip(&c.scales);
+        if let Some((observer, scale)) = observers.nth(j) {
+            Observer::coast(observer, ticks, 0.0);
+            observer.correct(&c.observer, scale, code);
+        }
+    }
+
+    /// The path is a function of time: it goes on by as much as has passed.
+    #[cold]
+    #[inline(never)]
+    pub fn catch_up(&mut self, ticks: f32) {
+        if ticks != 1.0 {
+            self.mode.catch_up(ticks - 1.0);
+        }
+    }
+
+    /// Takes a sample of the torque converter, whose codes no rail has clipped; the time is that of the tick.
+    #[inline(always)]
+    pub fn take_torque(&mut self, codes: &[i32; 4], input: &TickInput<'_>) {
+        let limits = &self.memory.thresholds;
+        self.clock.compare(&limits.clock, input.conversions, &mut self.findings);
+        if self.trace.in_control {
+            self.torques.compare(
+                &limits.torque,
+                codes,
+                &self.trace.acting,
+                &self.trace.speed_error,
+                &mut self.findings,
+            );
+        }
+    }
+
+    /// A command to the torque converter was refused.
+    #[cold]
+    pub fn adc_refused(&mut self) {
+        self.findings.limit(Limit::AdcCommand);
+    }
+
+    /// Ends the samples of a tick.
+    #[inline(always)]
+    pub fn end_sampling(&mut self) {
+        // What LDAC passed on at this tick's start shows at the next one.
+        if self.acknowledged {
+            self.trace.acting = self.trace.written;
+        }
+        if self.leaking {
+            self.drain();
+        }
+    }
+
+    /// Counts this tick's good samples of devices that have lost some.
+    #[cold]
+    #[inline(never)]
+    fn drain(&mut self) {
+        let mut level = 0;
+        let rejected = self.rejected;
+        for (index, bucket) in self.buckets.iter_mut().enumerate() {
+            // The DAC's turn comes with its write, a converter's once it is configured.
+            let sampled = index < JOINTS && self.seen >> index & 1 != 0 || index == ADC && self.adc_ready;
+            if sampled && rejected >> index & 1 == 0 {
+                bucket.good();
+            }
+            level |= bucket.level();
+        }
+        self.leaking = level != 0;
+        let [now, before] = self.implausible;
+        if now.count_ones() > 1 && before.count_ones() > 1 {
+            self.findings.raise(Finding { fault: Fault::EncodersSwapped, joints: now });
+        }
+        self.implausible = [0, now];
+    }
+
+    /// A closer look at the code of joint `j`, which is `distance` counts from where it is expected.
+    #[cold]
+    #[inline(never)]
+    fn believes(&mut self, j: usize, code: u32, warning: bool, distance: i32) -> bool {
+        let bit = 1 << j;
+        if warning {
+            self.findings.limit(Limit::EncoderWarning);
+        }
+        if self.blind & bit != 0 {
+            return false;
+        }
+        let Some(track) = self.tracks.get_mut(j) else { return false };
+        if self.seen & bit == 0 {
+            self.seen |= bit;
+            *track = Track::at_rest(code);
+            if let Some(observer) = self.memory.estimates.observers.get_mut(j) {
+                *observer = track.observer();
+            }
+            return true;
+        }
+        let window = &self.memory.thresholds.encoder;
+        let loose = !self.trace.in_control
+            || self.trace.loose != 0
+            || self.torques.suspect != 0
+            || self.mode.isolated() != 0;
+        let windows = if loose { &window.wide } else { &window.tight };
+        let Some(window) = windows.get(j).copied() else { return false };
+        let target = self.trace.aim.position.get(j).copied().unwrap_or_default();
+        let verdict = if track.is_stuck(code, target) && self.mode.follows() {
+            Verdict::Stuck
+        } else if distance.unsigned_abs() > window {
+            Verdict::Implausible
+        } else {
+            Verdict::Good
+        };
+        match verdict {
+            Verdict::Good => return true,
+            Verdict::Stuck => self.miss(j, Fault::EncoderStuck),
+            Verdict::Implausible => {
+                self.implausible[0] |= bit;
+                if track.reject(self.tick.wrapping_add(1)) {
+                    self.condemn(j, Fault::EncoderImplausible);
+                }
+                self.miss(j, Fault::EncoderImplausible);
+            }
+        }
+        false
+    }
+
+    /// Acceleration that the law wanted two ticks ago, word steps a tick².
+    fn expected(&self, j: usize) -> f32 {
+        let [even, odd] = &self.trace.wanted;
+        let wanted = if self.turn == 0 { even } else { odd };
+        wanted.get(j).copied().unwrap_or_default()
+    }
+
+    /// Goes on by the model where there is no sample of joint `j` to believe.
+    #[cold]
+    #[inline(never)]
+    fn go_without(&mut self, j: usize, ticks: f32) {
+        let expected = self.expected(j);
+        if let Some(track) = self.tracks.get_mut(j) {
+            track.coast(ticks, expected);
+        }
+        if let Some(observer) = self.memory.estimates.observers.get_mut(j) {
+            observer.coast(ticks, expected);
+        }
+    }
+
+    /// Counts a failure of device `index`; too many are `fault`.
+    #[cold]
+    #[inline(never)]
+    pub fn miss(&mut self, index: usize, fault: Fault) {
+        self.rejected |= 1 << index;
+        self.leaking = true;
+        self.findings.limit(Limit::SampleRejected);
+        if self.buckets.get_mut(index).is_some_and(|bucket| bucket.miss()) {
+            match index {
+                ADC | DAC => self.findings.raise(Finding::new(fault)),
+                _ => self.condemn(index, fault),
+            }
+        }
+    }
+
+    /// From here on the model alone says where joint `j` is.
+    fn condemn(&mut self, j: usize, fault: Fault) {
+        // Before its first sample a joint has no estimate that could go on.
+        if self.seen >> j & 1 != 0 {
+            self.blind |= 1 << j;
+            self.spoilt = true;
+            self.findings.raise(Finding::of_joint(fault, j));
+        }
+    }
+}
