@@ -1,7 +1,7 @@
 //! The controller's connections: six SPI devices, its output pins and its input pins.
 
-use embedded_hal::digital::{InputPin, OutputPin, PinState};
 use control::supervisor::{Brakes, Levels};
+use embedded_hal::digital::{InputPin, OutputPin, PinState};
 use shared::arm::JOINTS;
 
 /// Output pins. Pull resistors hold all but LDAC low, which is off, from reset to the first tick; LDAC

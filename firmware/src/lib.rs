@@ -10,6 +10,6 @@ pub mod executive;
 pub mod io;
 
 pub use control::{
-    JointMatrix, JointVector, config, controller, dynamics, estimator, evidence, kinematics, law, ldlt, math,
-    memory, monitor, path, planner, supervisor,
+    JointMatrix, JointVector, config, controller, dynamics, estimator, evidence, kinematics, law,
+    ldlt, math, memory, monitor, path, planner, supervisor,
 };

@@ -5,13 +5,14 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 use shared::arm::JOINTS;
 
+use crate::faults;
 use crate::outcome::{Adaptation, Law};
 use crate::scenario::bounds::{TICK_HZ, parse_seed, parse_tick_hz};
 
 const EXIT_CODES: &str = "\
 Exit codes:
   0  done
-  1  the run ended in a fault or broke one of its accept limits
+  1  the run ended in a fault that was not expected, or broke one of its accept limits
   2  bad usage or bad input";
 
 const EXAMPLES: &str = "\
@@ -27,6 +28,9 @@ Examples:
   hil-sim run paper --tick-hz 4000 --out out/4khz
   hil-sim run payload --adaptation none --no-output
   hil-sim run scenarios/mine.toml --seed 7 --json";
+
+const FAULTS: &str = "\
+Faults that a scenario's [[fault]] tables inject, with their targets:";
 
 const PIL_EXAMPLES: &str = "\
 Examples:
@@ -99,6 +103,7 @@ pub struct Choice {
 /// Arguments of `run`.
 #[derive(Args, Debug)]
 #[command(after_help = format!("{RUN_EXAMPLES}\n\n{EXIT_CODES}"))]
+#[command(after_long_help = format!("{RUN_EXAMPLES}\n\n{EXIT_CODES}\n\n{FAULTS}\n{}", faults::table()))]
 pub struct RunArgs {
     /// What to run
     #[command(flatten)]

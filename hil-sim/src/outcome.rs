@@ -4,6 +4,8 @@ use serde::Serialize;
 use shared::arm::JOINTS;
 use shared::telemetry::Record;
 
+use crate::session::Happening;
+
 /// Control law of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, serde::Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
@@ -96,6 +98,15 @@ pub struct Outcome {
     pub realtime_factor: f64,
     /// Broken `[accept]` limits, each as a sentence.
     pub broken_limits: Vec<String>,
+    /// Fault in which the run had to end, if it had to.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub expected: Option<String>,
+    /// From power-up to the trajectory's start, s.
+    #[serde(skip)]
+    pub start_s: Option<f64>,
+    /// What happened, where faults were injected.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub happenings: Vec<Happening>,
     /// Torque limits, N m and N.
     #[serde(skip)]
     pub torque_limit: [f64; JOINTS],
@@ -105,9 +116,9 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Whether the run ended without a fault and within its limits.
+    /// Whether the run ended without a fault, or in the one that it had to end in, and within its limits.
     pub fn is_good(&self) -> bool {
-        self.faults.is_empty() && self.broken_limits.is_empty()
+        self.faults.iter().eq(&self.expected) && self.broken_limits.is_empty()
     }
 
     /// How tables and legends call this run's controller.

@@ -81,14 +81,8 @@ impl Path {
 
     /// Tip position and speed of a desired motion.
     pub fn tip(&self, desired: &Desired) -> Tip {
-        let jacobian = self.model.jacobian(&desired.q);
-        let velocity = jacobian[..3]
-            .iter()
-            .map(|row| -> f64 { (0..JOINTS).map(|j| row[j] * desired.qd[j]).sum() });
-        Tip {
-            position_m: self.model.forward(&desired.q).position_m,
-            speed_m_s: velocity.map(|v| v * v).sum::<f64>().sqrt(),
-        }
+        let (position_m, velocity) = self.model.tip(&desired.q, &desired.qd);
+        Tip { position_m, speed_m_s: velocity.map(|v| v * v).iter().sum::<f64>().sqrt() }
     }
 
     /// The path as a command in encoder counts.

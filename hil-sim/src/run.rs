@@ -17,6 +17,7 @@ use shared::wire::biss_c::LATCH_DELAY_S;
 use thiserror::Error;
 
 use crate::bench::{self, Bench};
+use crate::faults::flip_configuration;
 use crate::outcome::{Adaptation, Law, Outcome};
 use crate::scenario::Scenario;
 use crate::session::{Controller, Session};
@@ -72,6 +73,28 @@ pub fn config_of(scenario: &Scenario) -> Config {
     config
 }
 
+/// A configuration with the check sum that it is kept with.
+#[derive(Clone, Copy, Debug)]
+pub struct Kept {
+    /// The configuration.
+    pub config: Config,
+    /// Made of it when it was stored.
+    pub crc: u32,
+}
+
+impl From<&Config> for Kept {
+    fn from(config: &Config) -> Self {
+        Self { config: *config, crc: config.crc() }
+    }
+}
+
+/// The controller's configuration as the board finds it: a scenario's faults may have flipped bits of it.
+pub fn kept_of(scenario: &Scenario) -> Kept {
+    let mut kept = Kept::from(&config_of(scenario));
+    flip_configuration(&mut kept.config, &scenario.faults);
+    kept
+}
+
 /// The firmware library wired to a bench, with its telemetry queue.
 pub struct Software<'m> {
     executive: Executive<
@@ -89,16 +112,17 @@ impl<'m> Software<'m> {
     /// Builds the controller.
     ///
     /// # Errors
-    /// [`RunError::Config`] where it refuses `config`.
+    /// [`RunError::Config`] where it refuses the configuration.
     pub fn new(
-        config: &Config,
+        kept: impl Into<Kept>,
         bench: &Rc<RefCell<Bench>>,
         retained: Retained,
         core: &'m mut Core,
     ) -> Result<Self, RunError> {
+        let Kept { config, crc } = kept.into();
         let mut executive = Executive::new(bench::wire(bench), core);
-        executive.configure(config, config.crc(), retained).map_err(RunError::Config)?;
-        let (planner, last) = (Planner::new(config), Record::default());
+        executive.configure(&config, crc, retained).map_err(RunError::Config)?;
+        let (planner, last) = (Planner::new(&config), Record::default());
         Ok(Self { executive, planner, queue: Queue::new(), last })
     }
 
@@ -112,6 +136,9 @@ impl Controller for Software<'_> {
     type Error = Infallible;
 
     fn tick(&mut self, release: &Release) -> Result<Record, Infallible> {
+        for poke in &release.pokes {
+            poke.apply(self.executive.memory().as_bytes_mut());
+        }
         let (mut records, mut idle) = self.queue.split();
         let codes = self.last.code;
         let order = release.command.map(|command| self.planner.plan(&command, &codes));
@@ -128,6 +155,19 @@ impl Controller for Software<'_> {
     }
 }
 
+/// When t = 0 comes after power-up if all is well, s; `None` where it does not.
+pub fn start_s(scenario: &Scenario) -> Option<f64> {
+    let well = Scenario { faults: Vec::new(), ..scenario.clone() };
+    let mut session = Session::new(&well, false);
+    let (config, bench, retained) = (config_of(&well), session.bench(), session.retained());
+    let mut core = Core::new();
+    let mut controller = Software::new(&config, &bench, retained, &mut core).ok()?;
+    while session.start_s().is_none() && !session.is_over() {
+        let Ok(_) = session.tick(&mut controller);
+    }
+    session.start_s()
+}
+
 /// Runs `scenario` to its end or to the controller's safe mode.
 ///
 /// # Errors
@@ -136,7 +176,7 @@ pub fn run(scenario: &Scenario, options: Options<'_>) -> Result<Outcome, RunErro
     let mut session = Session::new(scenario, options.keep_rows);
     let mut core = Core::new();
     let mut controller =
-        Software::new(&config_of(scenario), &session.bench(), session.retained(), &mut core)?;
+        Software::new(kept_of(scenario), &session.bench(), session.retained(), &mut core)?;
     let started = Instant::now();
     while !session.is_over() {
         let Ok(_) = session.tick(&mut controller);

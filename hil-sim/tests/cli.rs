@@ -7,8 +7,8 @@ use assert_cmd::Command;
 use serde_json::Value;
 use tempfile::{TempDir, tempdir};
 
-const SHIPPED: [&str; 5] =
-    ["paper", "velocity-mismatch", "payload", "coarse-encoders", "noisy-bus"];
+const SHIPPED: [&str; 6] =
+    ["paper", "velocity-mismatch", "payload", "coarse-encoders", "noisy-bus", "stuck-encoder"];
 
 /// A short lift whose limits are set by the test.
 const SHORT: &str = "summary = \"a short lift\"\nduration_s = 1\nsettle_s = 0.1\n\

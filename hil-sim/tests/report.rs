@@ -43,6 +43,9 @@ fn run(law: Law, adaptation: Adaptation, error: f64, tick_hz: u32) -> Outcome {
         faults: Vec::new(),
         realtime_factor: 40.0,
         broken_limits: Vec::new(),
+        expected: None,
+        start_s: None,
+        happenings: Vec::new(),
         torque_limit: REFERENCE.limits.map(|limit| limit.tau_max),
         rows: rows.collect(),
     }

@@ -11,8 +11,13 @@ use proptest::prelude::*;
 
 const SUMMARY: &str = "summary = \"a test\"\n";
 const TRAJECTORY: &str = "\n[trajectory]\nprofile = \"quintic\"\namplitude = [0, 0, 0.2, -0.5]\n";
-const SHIPPED: [&str; 5] =
-    ["paper", "velocity-mismatch", "payload", "coarse-encoders", "noisy-bus"];
+const SHIPPED: [&str; 6] =
+    ["paper", "velocity-mismatch", "payload", "coarse-encoders", "noisy-bus", "stuck-encoder"];
+
+/// A fault with these lines.
+fn fault(lines: &str) -> String {
+    with("", &format!("[[fault]]\n{lines}"))
+}
 
 /// The error as a terminal of 100 columns without colour shows it.
 fn rendered(error: &ScenarioError) -> String {
@@ -96,6 +101,46 @@ fn wrong_structure() {
         ("no value", with("seed =", "")),
         ("unclosed text", with("seed = \"1", "")),
         ("not TOML at all", "{ \"summary\": 1 }".to_owned()),
+    ];
+    insta::assert_snapshot!(gallery(bad));
+}
+
+#[test]
+fn wrong_faults() {
+    let bad = [
+        ("no kind", fault("at_s = 1")),
+        ("unknown kind", fault("kind = \"stuck-encodr\"\nat_s = 1")),
+        ("kind unlike any", fault("kind = \"xyz\"\nat_s = 1")),
+        ("kind as a number", fault("kind = 6\nat_s = 1")),
+        ("no target", fault("kind = \"repeat\"\nat_s = 1")),
+        ("target of another kind", fault("kind = \"brake-slip\"\ntarget = \"joint1\"\nat_s = 1")),
+        ("target where there is but one", fault("kind = \"hang\"\ntarget = \"adc\"\nat_s = 1")),
+        ("no time", fault("kind = \"hang\"")),
+        ("time out of range", fault("kind = \"hang\"\nat_s = 2000")),
+        ("time where there is but one", fault("kind = \"config-flip\"\nat_s = 0")),
+        ("negative duration", fault("kind = \"hang\"\nat_s = 1\nfor_s = -1")),
+        ("severity without meaning", fault("kind = \"hang\"\nat_s = 1\nseverity = 1")),
+        (
+            "severity out of range",
+            fault("kind = \"mutation\"\ntarget = \"all\"\nat_s = 1\nseverity = 1.5"),
+        ),
+        (
+            "severity not whole",
+            fault("kind = \"bit-flips\"\ntarget = \"adc\"\nat_s = 1\nseverity = 1.5"),
+        ),
+        ("no severity", fault("kind = \"payload\"\nat_s = 1")),
+        (
+            "bit beyond its place",
+            fault("kind = \"flip\"\ntarget = \"limit\"\nat_s = 1\nseverity = 128"),
+        ),
+        (
+            "encoder exchanged with itself",
+            fault("kind = \"swap\"\ntarget = \"encoder2\"\nat_s = 1\nseverity = 2"),
+        ),
+        ("unknown key", fault("kind = \"hang\"\nat_s = 1\nuntil_s = 2")),
+        ("one table in place of a list", with("", "[fault]\nkind = \"hang\"\nat_s = 1")),
+        ("unknown fault expected", with("", "[expect]\nfault = \"EncoderStock\"")),
+        ("no fault expected", with("", "[expect]\nfault = \"None\"")),
     ];
     insta::assert_snapshot!(gallery(bad));
 }

@@ -3,8 +3,8 @@
 use hil_sim::scenario::bounds::{ALL, Bounds, Kind};
 use hil_sim::scenario::{Scenario, ScenarioError};
 
-const SHIPPED: [&str; 5] =
-    ["paper", "velocity-mismatch", "payload", "coarse-encoders", "noisy-bus"];
+const SHIPPED: [&str; 6] =
+    ["paper", "velocity-mismatch", "payload", "coarse-encoders", "noisy-bus", "stuck-encoder"];
 
 /// A minimal scenario with lines before and after its trajectory's table.
 fn with(top: &str, end: &str) -> String {
@@ -25,7 +25,11 @@ fn setting(bounds: &Bounds, value: f64) -> String {
         "plant.payload.at_s" => "duration_s = 60\nplant.payload.kg = 300",
         _ => "duration_s = 60",
     };
-    with(&format!("{companion}\n{} = {number}", key(bounds)), "")
+    match bounds.key.strip_prefix("fault.") {
+        Some("at_s") => with("", &format!("[[fault]]\nkind = \"hang\"\nat_s = {number}")),
+        Some(key) => with("", &format!("[[fault]]\nkind = \"hang\"\nat_s = 0\n{key} = {number}")),
+        None => with(&format!("{companion}\n{} = {number}", key(bounds)), ""),
+    }
 }
 
 fn key(bounds: &Bounds) -> String {
@@ -83,6 +87,7 @@ fn given_keys_reach_their_fields() {
         mass_scale = 1.1
         payload_kg = 20
         [plant]
+        payload_kg = 25
         payload = { kg = 30, at_s = 4 }
         friction = [1, 2, 3, 4]
         disturbance = "each-tick"
@@ -108,6 +113,16 @@ fn given_keys_reach_their_fields() {
         rho_s = 3e-7
         [accept.pd]
         rms_m = 4e-7
+        [[fault]]
+        kind = "jump"
+        target = "encoder4"
+        at_s = -0.5
+        for_s = 0.25
+        severity = -2e-3
+        [[fault]]
+        kind = "config-flip"
+        [expect]
+        fault = "EncoderImplausible"
         "#,
     );
     insta::assert_debug_snapshot!(

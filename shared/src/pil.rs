@@ -1,8 +1,8 @@
 //! Messages between the emulated board and the harness (processor in the loop).
 //!
 //! The harness opens each tick with a release; the board answers with pin changes and transfers as they
-//! happen and closes the tick with its record. Only a transfer waits for an answer, as many bytes as it
-//! sent. Everything is little-endian.
+//! happen and closes the tick with its record. Only a transfer waits for an answer: a byte that is 0 unless the
+//! bus failed, then as many bytes as it sent. Everything is little-endian.
 
 use crate::arm::JOINTS;
 use crate::command::{COMMAND_BYTES, Command};
@@ -53,10 +53,67 @@ pub const PIN_ADC_RESET: u8 = 11;
 pub const PIN_WATCHDOG: u8 = 12;
 
 /// Size of a release.
-pub const RELEASE_BYTES: usize = 4 + 4 * 3 + COMMAND_BYTES;
+pub const RELEASE_BYTES: usize = 4 + 4 * 3 + POKES * POKE_BYTES + COMMAND_BYTES;
 
 /// Instead of a release: the board answers with [`TAG_STACK`] and ends the emulation.
 pub const QUIT: [u8; RELEASE_BYTES] = [0xFF; RELEASE_BYTES];
+
+/// Pokes that a release can carry.
+pub const POKES: usize = 2;
+
+const POKE_BYTES: usize = 8;
+
+/// What a poke does to its word.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Change {
+    /// Flips the bits that the value has set.
+    #[default]
+    Xor = 0,
+    /// Puts the value in the word's place.
+    Set = 1,
+}
+
+/// A word of the controller's memory that a fault changes before the tick; the default changes nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Poke {
+    /// First byte of the word in the memory image.
+    pub offset: u16,
+    /// What is done to it.
+    pub change: Change,
+    /// Bits to flip, or the new word.
+    pub value: u32,
+}
+
+impl Poke {
+    /// Changes nothing.
+    pub const NONE: Self = Self { offset: 0, change: Change::Xor, value: 0 };
+
+    /// Changes the word in `image`, if it lies inside.
+    pub fn apply(&self, image: &mut [u8]) {
+        let at = usize::from(self.offset);
+        let Some(word) = image.get_mut(at..at + 4) else { return };
+        for (byte, value) in word.iter_mut().zip(self.value.to_le_bytes()) {
+            *byte = match self.change {
+                Change::Xor => *byte ^ value,
+                Change::Set => value,
+            };
+        }
+    }
+
+    fn to_bytes(self) -> [u8; POKE_BYTES] {
+        let ([a, b], [c, d, e, f]) = (self.offset.to_le_bytes(), self.value.to_le_bytes());
+        [a, b, self.change as u8, 0, c, d, e, f]
+    }
+
+    fn from_bytes([a, b, change, _, c, d, e, f]: [u8; POKE_BYTES]) -> Self {
+        Self {
+            offset: u16::from_le_bytes([a, b]),
+            change: if change == Change::Set as u8 { Change::Set } else { Change::Xor },
+            value: u32::from_le_bytes([c, d, e, f]),
+        }
+    }
+}
 
 /// What opens a tick: everything that a tick is told.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -71,19 +128,23 @@ pub struct Release {
     pub spent: u32,
     /// Conversions of the torque converter so far.
     pub conversions: u32,
+    /// What a fault does to the controller's memory before the tick.
+    pub pokes: [Poke; POKES],
     /// Command that arrived since the last tick.
     pub command: Option<Command>,
 }
 
 impl Release {
-    /// Encodes: levels, flags, 0, 0, the three counts, the command.
+    /// Encodes: levels, flags, 0, 0, the three counts, the pokes, the command.
     pub fn to_bytes(&self) -> [u8; RELEASE_BYTES] {
         let flags = u8::from(self.command.is_some()) | u8::from(self.alive) << 1;
         let counts = [self.cycles, self.spent, self.conversions].map(u32::to_le_bytes);
+        let pokes = self.pokes.map(Poke::to_bytes);
         let command = self.command.map_or([0; COMMAND_BYTES], |command| command.to_bytes());
-        let all = [self.levels, flags, 0, 0].into_iter().chain(counts.into_iter().flatten());
+        let head = [self.levels, flags, 0, 0].into_iter().chain(counts.into_iter().flatten());
+        let all = head.chain(pokes.into_iter().flatten()).chain(command);
         let mut bytes = [0; RELEASE_BYTES];
-        for (slot, byte) in bytes.iter_mut().zip(all.chain(command)) {
+        for (slot, byte) in bytes.iter_mut().zip(all) {
             *slot = byte;
         }
         bytes
@@ -92,7 +153,9 @@ impl Release {
     /// Decodes; a command that is none is dropped.
     pub fn from_bytes(bytes: &[u8; RELEASE_BYTES]) -> Self {
         let [levels, flags, _, _, a @ ..] = bytes;
-        let [c0, c1, c2, c3, s0, s1, s2, s3, n0, n1, n2, n3, command @ ..] = a;
+        let [c0, c1, c2, c3, s0, s1, s2, s3, n0, n1, n2, n3, a @ ..] = a;
+        let [p0, p1, p2, p3, p4, p5, p6, p7, a @ ..] = a;
+        let [q0, q1, q2, q3, q4, q5, q6, q7, command @ ..] = a;
         let command = if flags & 1 == 0 { None } else { Command::from_bytes(command) };
         Self {
             levels: *levels,
@@ -100,7 +163,49 @@ impl Release {
             cycles: u32::from_le_bytes([*c0, *c1, *c2, *c3]),
             spent: u32::from_le_bytes([*s0, *s1, *s2, *s3]),
             conversions: u32::from_le_bytes([*n0, *n1, *n2, *n3]),
+            pokes: [
+                Poke::from_bytes([*p0, *p1, *p2, *p3, *p4, *p5, *p6, *p7]),
+                Poke::from_bytes([*q0, *q1, *q2, *q3, *q4, *q5, *q6, *q7]),
+            ],
             command,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_release_survives_the_wire() {
+        let release = Release {
+            levels: 0x2A,
+            alive: true,
+            cycles: 0x0102_0304,
+            spent: 0x0506_0708,
+            conversions: 0x090A_0B0C,
+            pokes: [
+                Poke { offset: 0x1234, change: Change::Set, value: 0x7FC0_0000 },
+                Poke { offset: 8, change: Change::Xor, value: 1 << 31 },
+            ],
+            command: Some(Command::Jog([0.1, -0.2, 0.3, -0.4])),
+        };
+        assert_eq!(Release::from_bytes(&release.to_bytes()), release);
+        let default = Release::default();
+        assert_eq!(Release::from_bytes(&default.to_bytes()), default);
+    }
+
+    #[test]
+    fn pokes_flip_or_set_a_word_and_stay_inside_the_image() {
+        let mut image = [0xFF; 10];
+        Poke { offset: 4, change: Change::Xor, value: 0x8000_0001 }.apply(&mut image);
+        assert_eq!(image, [0xFF, 0xFF, 0xFF, 0xFF, 0xFE, 0xFF, 0xFF, 0x7F, 0xFF, 0xFF]);
+        Poke { offset: 0, change: Change::Set, value: 0x0403_0201 }.apply(&mut image);
+        assert_eq!(image[..4], [1, 2, 3, 4]);
+        let before = image;
+        Poke::default().apply(&mut image);
+        Poke { offset: 7, change: Change::Set, value: 0 }.apply(&mut image);
+        Poke { offset: u16::MAX, change: Change::Set, value: 0 }.apply(&mut image);
+        assert_eq!(image, before);
     }
 }

@@ -83,9 +83,8 @@ impl Record {
         }
         words[28] = u32::from(self.dac[0]) | u32::from(self.dac[1]) << 16;
         words[29] = u32::from(self.dac[2]) | u32::from(self.dac[3]) << 16;
-        words[30] = u32::from(self.limits)
-            | u32::from(self.joints) << 16
-            | u32::from(self.powered) << 24;
+        words[30] =
+            u32::from(self.limits) | u32::from(self.joints) << 16 | u32::from(self.powered) << 24;
         words[31] = u32::from(self.path_rate)
             | u32::from(self.irregular) << 16
             | u32::from(self.bucket) << 24;

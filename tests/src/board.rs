@@ -24,7 +24,10 @@ pub const STAGES: &[Stage] = &[
     ("law and adaptation", &["control::law::", "controller::control::"]),
     ("supervise", &["controller::decide::", "::supervise", "control::supervisor::"]),
     ("telemetry", &["Core>::record", "RecordSink"]),
-    ("encode and write", &["Dac81404", "firmware::io::", "executive::output::", "controller::record::"]),
+    (
+        "encode and write",
+        &["Dac81404", "firmware::io::", "executive::output::", "controller::record::"],
+    ),
 ];
 
 /// Index of the emulator link in [`STAGES`]: wire time on silicon, left out of every sum.
@@ -59,8 +62,9 @@ pub fn trace(image: &Image, plugin: &std::path::Path, scenario: &Scenario) -> Tr
     let arguments = trace::arguments(image, &request).expect("a price list");
     let mut session = Session::new(scenario, false);
     let config = config_of(scenario);
-    let mut board = Emulator::start_with(&image.path, &config, session.retained(), session.bench(), &arguments)
-        .expect("the emulator starts");
+    let mut board =
+        Emulator::start_with(&image.path, &config, session.retained(), session.bench(), &arguments)
+            .expect("the emulator starts");
     while !session.is_over() {
         session.tick(&mut board).expect("the emulator goes on");
     }

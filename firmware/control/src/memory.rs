@@ -4,6 +4,8 @@
 //! a CRC-32 says which copy is right; that takes up to two ticks, in which the drives keep their torque.
 //! The thresholds are compared a word a tick, and summed up over some ticks where they differ.
 
+mod places;
+
 use core::mem::{offset_of, size_of};
 
 use bytemuck::{Pod, Zeroable};
@@ -249,7 +251,8 @@ impl Scrub {
         }
         // Where the shadow is damaged too, the next trial tells.
         memory.thresholds = memory.shadow_thresholds;
-        self.crc = continued(0, bytemuck::bytes_of(&memory.thresholds).get(..PIECE).unwrap_or_default());
+        self.crc =
+            continued(0, bytemuck::bytes_of(&memory.thresholds).get(..PIECE).unwrap_or_default());
         (self.summed, self.last) = (PIECE, true);
         Health::Unknown
     }

@@ -136,7 +136,8 @@ impl Planner {
         let places = self.ranges.iter().zip(codes).zip(&mut amplitude_q5).skip(1);
         for (((range, &code), slot), rest) in places.zip(self.rest_pose) {
             let way = rest - range.position(code);
-            let needed_s = way.abs() * Profile::Quintic.peak_rate() / (range.qd_max * self.lowering_share);
+            let needed_s =
+                way.abs() * Profile::Quintic.peak_rate() / (range.qd_max * self.lowering_share);
             duration_s = if needed_s > duration_s { needed_s } else { duration_s };
             *slot = (way / range.lsb * 32.0) as i32;
         }
@@ -178,7 +179,8 @@ impl Planner {
         let motion = self.planned(trajectory, ticks);
         let share = f32::from(trajectory.speed_limit_percent) * 0.01;
         let share = if share > 1.0 { 1.0 } else { share };
-        if motion.peak_speed().iter().zip(&self.ranges).any(|(v, range)| *v > range.qd_max * share) {
+        if motion.peak_speed().iter().zip(&self.ranges).any(|(v, range)| *v > range.qd_max * share)
+        {
             return Err(Refusal::TooFast);
         }
         if !(0..=PLACES).all(|place| self.stops_at(&motion, place)) {
@@ -189,7 +191,8 @@ impl Planner {
 
     /// Whether a stop begun at this place of the motion stays within the torque reserve.
     fn stops_at(&self, motion: &Motion, place: u32) -> bool {
-        let ticks = (u64::from(motion.duration_ticks()) * u64::from(place) / u64::from(PLACES)) as u32;
+        let ticks =
+            (u64::from(motion.duration_ticks()) * u64::from(place) / u64::from(PLACES)) as u32;
         let phase = Phase { ticks, fraction: 0 };
         STOP.iter().all(|&(value, slope)| {
             let rate = Rate { value, slope_per_s: slope * self.stop_per_s };

@@ -245,7 +245,10 @@ mod tests {
 
     #[test]
     fn a_good_write_is_accepted() {
-        assert_eq!(write_with(good_answers()), Acknowledge { accepted: true, status: Some(0), reset: false });
+        assert_eq!(
+            write_with(good_answers()),
+            Acknowledge { accepted: true, status: Some(0), reset: false }
+        );
     }
 
     #[test]
@@ -255,7 +258,11 @@ mod tests {
                 let mut answers = good_answers();
                 answers[bad] = answer;
                 let told = write_with(answers);
-                assert_eq!(told, Acknowledge { accepted: false, status: Some(0), reset: false }, "{bad}");
+                assert_eq!(
+                    told,
+                    Acknowledge { accepted: false, status: Some(0), reset: false },
+                    "{bad}"
+                );
             }
             let mut answers = good_answers();
             answers[bad][0] |= 1 << 6;
@@ -269,7 +276,10 @@ mod tests {
         for wrong in [[0x82, 0, 0, 0x10], [0; 4], [0xFF; 4], reading(0x03, 0), echo(0x02, 0)] {
             let mut answers = good_answers();
             answers[0] = wrong;
-            assert_eq!(write_with(answers), Acknowledge { accepted: true, status: None, reset: false });
+            assert_eq!(
+                write_with(answers),
+                Acknowledge { accepted: true, status: None, reset: false }
+            );
         }
     }
 

@@ -3,19 +3,27 @@
 //! One [`Bench`] holds all devices. Handles given to the controller borrow it for the length of one
 //! transaction. Within a tick a cursor tells when a read starts, because an encoder latches then.
 
+mod drive;
+mod exchange;
 mod noise;
+mod pins;
+mod power;
 mod traffic;
 mod wiring;
 
+pub use drive::DriveFault;
 use noise::Noise;
+pub use pins::OutputLevels;
+use power::Power;
 use shared::arm::{Arm, JOINTS};
-use shared::wire::biss_c::LATCH_DELAY_S;
 pub use traffic::Event;
 pub use wiring::{Device, Handle, Input, Output, wire};
 
 use crate::chips::ads131m04::Ads131m04;
 use crate::chips::dac81404::Dac81404;
 use crate::chips::encoder::Encoder;
+use crate::chips::watchdog::EARLY_S;
+use crate::faults::Interference;
 
 /// True motion at a tick instant, for what is latched shortly after it.
 #[derive(Clone, Copy, Debug, Default)]
@@ -28,30 +36,12 @@ pub struct Motion {
     pub qdd: [f64; JOINTS],
 }
 
-/// Levels on the controller's output pins; everything is low from reset to the first tick.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct OutputLevels {
-    /// DAC update.
-    pub ldac: bool,
-    /// Drive enables.
-    pub drive_enable: [bool; JOINTS],
-    /// Safe torque off, low is off.
-    pub sto: bool,
-    /// Brake releases.
-    pub brake_release: [bool; JOINTS],
-    /// DAC reset, low resets.
-    pub dac_reset: bool,
-    /// ADC reset, low resets.
-    pub adc_reset: bool,
-    /// Watchdog feed.
-    pub watchdog: bool,
-}
-
 /// All devices on the bus, their pins and the instant within the tick.
 pub struct Bench {
     encoders: [Encoder; JOINTS],
     adc: Ads131m04,
     dac: Dac81404,
+    power: Power,
     /// Levels that the controller drives.
     pub outputs: OutputLevels,
     /// Brake feedback contacts, high is open.
@@ -63,6 +53,8 @@ pub struct Bench {
     cursor_s: f64,
     /// Between the starts of two encoder reads, s.
     skew_s: f64,
+    /// Faults that may come, if any may.
+    interference: Option<Box<Interference>>,
     /// Flips bits, once the bus is to be noisy.
     noise: Option<Noise>,
     /// What crossed bus and pins since it was last taken, if it is kept.
@@ -79,12 +71,14 @@ impl Bench {
             encoders: arm.encoders.map(|e| Encoder::new(e).expect("a width that a head has")),
             adc: Ads131m04::new(seed, ADC_CLOCK_ERROR_PPM),
             dac: Dac81404::default(),
+            power: Power::new(),
             outputs: OutputLevels::default(),
             brake_open: [false; JOINTS],
             emergency_stop: [true; 2],
             motion: Motion::default(),
             cursor_s: 0.0,
             skew_s,
+            interference: None,
             noise: None,
             traffic: None,
         }
@@ -94,20 +88,36 @@ impl Bench {
     pub fn begin_tick(&mut self, motion: Motion) {
         self.motion = motion;
         self.cursor_s = 0.0;
+        if let Some(interference) = &mut self.interference {
+            interference.begin_tick();
+        }
     }
 
     /// Lets `dt_s` pass with `torque` (as fractions of the transducers' full scale) acting.
     pub fn advance(&mut self, dt_s: f64, torque: [f64; JOINTS]) {
         self.adc.advance(dt_s, torque);
+        self.power.advance(dt_s, self.emergency_stop);
     }
 
-    /// What the drives are told, as fractions of full scale; 0 where enable or STO is low.
+    /// What the drives give, as fractions of full scale; 0 where enable or STO is low or the hardware's
+    /// safety chain is open.
     pub fn drive_commands(&self) -> [f64; JOINTS] {
-        let outputs = self.dac.outputs();
-        std::array::from_fn(|j| {
-            let enabled = self.outputs.sto && self.outputs.drive_enable[j];
-            if enabled { outputs[j] } else { 0.0 }
-        })
+        self.power.torque(&self.outputs, self.dac.outputs())
+    }
+
+    /// Releases that reach the brakes: none where STO is low or the hardware's safety chain is open.
+    pub fn brake_releases(&self) -> [bool; JOINTS] {
+        self.power.releases(&self.outputs)
+    }
+
+    /// Whether the hardware's safety chain, watchdog and emergency stop relay, lets torque flow.
+    pub fn chain_closed(&self) -> bool {
+        self.power.chain_closed()
+    }
+
+    /// Makes the drive of a joint faulty, or sound again.
+    pub fn set_drive_fault(&mut self, joint: usize, fault: DriveFault) {
+        self.power.drives[joint] = fault;
     }
 
     /// Flips one bit in this share of the answers from now on.
@@ -130,71 +140,44 @@ impl Bench {
         self.adc.conversions()
     }
 
-    /// Input pins as one bit each: brake feedbacks in bits 0 to 3, emergency stop contacts in 4 and 5.
-    pub fn input_levels(&self) -> u8 {
-        let pins = self.brake_open.iter().chain(&self.emergency_stop);
-        pins.enumerate().map(|(bit, &high)| u8::from(high) << bit).sum()
+    /// Lets faults come between the bus and the chips.
+    pub fn expect_faults(&mut self, interference: Option<Interference>) {
+        self.interference = interference.map(Box::new);
     }
 
-    /// One chip-select frame.
-    pub fn transfer(&mut self, device: Device, mosi: &[u8], miso: &mut [u8]) {
-        self.transfer_cleanly(device, mosi, miso);
-        if let Some(noise) = &mut self.noise {
-            noise.disturb(miso);
-        }
-        if let Some(traffic) = &mut self.traffic {
-            traffic.push(Event::Transfer { device, mosi: mosi.to_vec(), miso: miso.to_vec() });
+    /// Lets the fault of frames or samples with this number begin or end, if it is one.
+    pub fn interfere(&mut self, injection: usize, begins: bool) {
+        if let Some(interference) = &mut self.interference {
+            interference.set_active(injection, begins);
         }
     }
 
-    fn transfer_cleanly(&mut self, device: Device, mosi: &[u8], miso: &mut [u8]) {
-        match device {
-            Device::Encoder(j) => {
-                let Motion { q, qd, qdd } = &self.motion;
-                let t = self.cursor_s + LATCH_DELAY_S;
-                self.encoders[j].transfer(q[j] + t * (qd[j] + 0.5 * t * qdd[j]), miso);
-                self.cursor_s += self.skew_s;
-            }
-            Device::Adc => self.adc.transfer(mosi, miso),
-            Device::Dac => self.dac.transfer(mosi, miso),
-        }
+    /// Lets an encoder's head distrust itself or ask to be cleaned.
+    pub fn mark_encoder(&mut self, joint: usize, failed: bool, dirty: bool) {
+        let encoder = &mut self.encoders[joint];
+        (encoder.failed, encoder.dirty) = (failed, dirty);
     }
 
-    /// Drives an output pin.
-    pub fn set(&mut self, pin: Output, high: bool) {
-        if let Some(traffic) = &mut self.traffic {
-            traffic.push(Event::Pin { pin, high });
-        }
-        let o = &mut self.outputs;
-        match pin {
-            Output::Ldac => {
-                if o.ldac && !high {
-                    self.dac.ldac();
-                }
-                o.ldac = high;
-            }
-            Output::DriveEnable(j) => o.drive_enable[j] = high,
-            Output::Sto => o.sto = high,
-            Output::BrakeRelease(j) => o.brake_release[j] = high,
-            Output::DacReset => {
-                o.dac_reset = high;
-                if !high {
-                    self.dac.reset();
-                }
-            }
-            Output::AdcReset => {
-                o.adc_reset = high;
-                self.adc.set_reset_pin(high);
-            }
-            Output::Watchdog => o.watchdog = high,
-        }
+    /// The torque converter loses its supply for an instant.
+    pub fn reset_adc(&mut self) {
+        self.adc.reset();
     }
 
-    fn get(&self, pin: Input) -> bool {
-        match pin {
-            Input::BrakeOpen(j) => self.brake_open[j],
-            Input::EmergencyStop(contact) => self.emergency_stop[contact],
+    /// The DAC loses its supply for an instant.
+    pub fn reset_dac(&mut self) {
+        self.dac.reset();
+    }
+
+    /// Gives the watchdog a falling edge more, unless it would take it for a regular one; says whether it did.
+    pub fn kick_watchdog(&mut self) -> bool {
+        let watchdog = &mut self.power.watchdog;
+        let early = watchdog.since_fall_s() < EARLY_S;
+        if early {
+            for level in [true, false, self.outputs.watchdog] {
+                watchdog.drive(level);
+            }
         }
+        early
     }
 }
 

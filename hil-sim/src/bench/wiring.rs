@@ -136,7 +136,7 @@ impl SpiDevice for Handle<Device> {
             frame[..sent.len()].copy_from_slice(sent);
             length = end;
         }
-        self.bench.borrow_mut().transfer(self.what, &mosi[..length], &mut miso[..length]);
+        self.bench.borrow_mut().transfer(self.what, &mosi[..length], &mut miso[..length])?;
         let mut at = 0;
         for operation in operations {
             let (read, clocks): (&mut [u8], usize) = match operation {

@@ -36,7 +36,12 @@ impl Encoder {
     /// A shorter read is cut off and leaves no trace: stopping the clock resets the head. In a longer one SLO
     /// stays low, because the timeout waits for the clock to stop.
     pub fn transfer(&mut self, q_latched: f64, miso: &mut [u8]) {
-        let word = Word { position: self.code(q_latched), error: self.failed, warning: self.dirty };
+        self.answer(self.code(q_latched), miso);
+    }
+
+    /// As [`Self::transfer`], with a position code as latched.
+    pub fn answer(&self, code: u32, miso: &mut [u8]) {
+        let word = Word { position: code, error: self.failed, warning: self.dirty };
         let frame = self.layout.encode(word).into_iter().chain(std::iter::repeat(0));
         for (slot, byte) in miso.iter_mut().zip(frame) {
             *slot = byte;

@@ -85,12 +85,26 @@ pub fn print_outcome(outcome: &Outcome) {
     println!("  e_max        {:.4e} m", m.e_max_m);
     println!("  v_max        {:.4} m/s", m.v_max_m_s);
     println!("  {} ticks, {:.0} times real time", outcome.ticks, outcome.realtime_factor);
+    print_happenings(outcome);
     print_verdict(outcome);
+}
+
+/// Prints what happened, since the trajectory's start if there was one.
+fn print_happenings(outcome: &Outcome) {
+    if !outcome.happenings.is_empty() {
+        let since = if outcome.start_s.is_some() { "the trajectory's start" } else { "power-up" };
+        println!("  faults, s since {since} (seed {}):", outcome.seed);
+    }
+    for happening in &outcome.happenings {
+        let t_s = happening.true_s - outcome.start_s.unwrap_or(0.0);
+        println!("  {t_s:10.4}  {}", happening.event);
+    }
 }
 
 fn print_verdict(outcome: &Outcome) {
     for fault in &outcome.faults {
-        println!("FAULT {}: {fault}, mode {}", outcome.label(), outcome.mode);
+        let expected = if Some(fault) == outcome.expected.as_ref() { ", as expected" } else { "" };
+        println!("FAULT {}: {fault}, mode {}{expected}", outcome.label(), outcome.mode);
     }
     for limit in &outcome.broken_limits {
         println!("LIMIT {}: {limit}", outcome.label());

@@ -8,7 +8,6 @@ use std::process::{Child, Command, Stdio};
 use std::rc::Rc;
 use std::time::Duration;
 
-use firmware::config::Config;
 use firmware::executive::Retained;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{CWD, Mode, mkfifoat};
@@ -18,6 +17,7 @@ use tempfile::TempDir;
 use thiserror::Error;
 
 use crate::bench::{Bench, Device, Output};
+use crate::run::Kept;
 
 /// Program that emulates the board.
 const PROGRAM: &str = "qemu-system-arm";
@@ -77,17 +77,17 @@ pub struct Emulator {
 }
 
 impl Emulator {
-    /// Starts `image` and hands it `config`.
+    /// Starts `image` and hands it its configuration.
     ///
     /// # Errors
     /// [`EmulatorError`] where it does not come up.
     pub fn start(
         image: &Path,
-        config: &Config,
+        kept: impl Into<Kept>,
         retained: Retained,
         bench: Rc<RefCell<Bench>>,
     ) -> Result<Self, EmulatorError> {
-        Self::start_with(image, config, retained, bench, &[])
+        Self::start_with(image, kept, retained, bench, &[])
     }
 
     /// As [`Self::start`], with further arguments to the emulator.
@@ -96,7 +96,7 @@ impl Emulator {
     /// As [`Self::start`].
     pub fn start_with(
         image: &Path,
-        config: &Config,
+        kept: impl Into<Kept>,
         retained: Retained,
         bench: Rc<RefCell<Bench>>,
         arguments: &[String],
@@ -123,8 +123,9 @@ impl Emulator {
             coefficients: Vec::new(),
             _folder: folder,
         };
-        emulator.to_board.write_all(bytemuck::bytes_of(config))?;
-        emulator.to_board.write_all(&config.crc().to_le_bytes())?;
+        let Kept { config, crc } = kept.into();
+        emulator.to_board.write_all(bytemuck::bytes_of(&config))?;
+        emulator.to_board.write_all(&crc.to_le_bytes())?;
         for code in retained.parked.unwrap_or_default() {
             emulator.to_board.write_all(&code.to_le_bytes())?;
         }
@@ -212,11 +213,13 @@ impl Emulator {
     fn transfer(&mut self) -> Result<(), EmulatorError> {
         let (device, length) = (self.byte()?, self.byte()?);
         let device = Device::from_number(device).ok_or(EmulatorError::Unknown(device))?;
-        let (mut mosi, mut miso) = ([0; TRANSFER_MAX], [0; TRANSFER_MAX]);
+        let (mut mosi, mut answer) = ([0; TRANSFER_MAX], [0; 1 + TRANSFER_MAX]);
         let length = usize::from(length).min(TRANSFER_MAX);
         self.fill(&mut mosi[..length])?;
-        self.bench.borrow_mut().transfer(device, &mosi[..length], &mut miso[..length]);
-        Ok(self.to_board.write_all(&miso[..length])?)
+        let miso = &mut answer[1..=length];
+        let exchanged = self.bench.borrow_mut().transfer(device, &mosi[..length], miso);
+        answer[0] = u8::from(exchanged.is_err());
+        Ok(self.to_board.write_all(&answer[..=length])?)
     }
 
     fn byte(&mut self) -> Result<u8, EmulatorError> {

@@ -15,7 +15,7 @@ pub use compare::Difference;
 pub use emulator::{Emulator, EmulatorError};
 
 use crate::outcome::Outcome;
-use crate::run::{RunError, Software, config_of};
+use crate::run::{RunError, Software, kept_of};
 use crate::scenario::Scenario;
 use crate::session::{Controller, Session};
 
@@ -53,10 +53,10 @@ pub fn run(
     let started = std::time::Instant::now();
     let mut board_side = Session::new(scenario, false);
     let mut host_side = Session::new(scenario, false);
-    let config = config_of(scenario);
+    let kept = kept_of(scenario);
     let mut core = Core::new();
-    let mut software = Software::new(&config, &host_side.bench(), host_side.retained(), &mut core)?;
-    let mut board = Emulator::start(image, &config, board_side.retained(), board_side.bench())?;
+    let mut software = Software::new(kept, &host_side.bench(), host_side.retained(), &mut core)?;
+    let mut board = Emulator::start(image, kept, board_side.retained(), board_side.bench())?;
     for bench in [board_side.bench(), host_side.bench()] {
         bench.borrow_mut().keep_traffic();
     }

@@ -27,18 +27,42 @@ enum Grip {
     Stuck,
 }
 
+/// What is wrong with a brake.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BrakeFault {
+    /// It opens no further, although told.
+    pub jammed: bool,
+    /// It closes no further, although told.
+    pub stuck_open: bool,
+    /// Level at which the feedback contact sticks, `true` is open; `None` where it tells the truth.
+    pub contact: Option<bool>,
+    /// Share of the friction that is left, 0 to 1.
+    pub holding: f64,
+}
+
+impl BrakeFault {
+    /// A sound brake.
+    pub const NONE: Self = Self { jammed: false, stuck_open: false, contact: None, holding: 1.0 };
+}
+
 #[derive(Clone, Copy, Debug)]
 struct Brake {
     /// 0 closed, 1 open.
     stroke: f64,
     grip: Grip,
-    /// Highest friction, N m or N.
-    holding: f64,
+    /// Highest friction of a sound lining, N m or N.
+    friction: f64,
+    fault: BrakeFault,
 }
 
 impl Brake {
     fn advance(&mut self, release: bool, dt_s: f64, qd: f64) {
-        let travel = if release { dt_s / BRAKE_OPEN_S } else { -dt_s / BRAKE_CLOSE_S };
+        let travel = match release {
+            true if self.fault.jammed => 0.0,
+            true => dt_s / BRAKE_OPEN_S,
+            false if self.fault.stuck_open => 0.0,
+            false => -dt_s / BRAKE_CLOSE_S,
+        };
         self.stroke = (self.stroke + travel).clamp(0.0, 1.0);
         if self.stroke > 1.0 - STROKE_ROUNDING {
             self.grip = Grip::Open;
@@ -46,6 +70,11 @@ impl Brake {
             self.grip =
                 if qd == 0.0 { Grip::Stuck } else { Grip::Sliding { direction: qd.signum() } };
         }
+    }
+
+    /// Highest friction, N m or N.
+    fn holding(&self) -> f64 {
+        self.friction * self.fault.holding
     }
 }
 
@@ -59,7 +88,8 @@ impl Brakes {
         Self(limits.map(|limit| Brake {
             stroke: 0.0,
             grip: Grip::Stuck,
-            holding: HOLDING_RATIO * limit.tau_max,
+            friction: HOLDING_RATIO * limit.tau_max,
+            fault: BrakeFault::NONE,
         }))
     }
 
@@ -75,9 +105,14 @@ impl Brakes {
         }
     }
 
+    /// Makes the brake of a joint faulty, or sound again.
+    pub fn set_fault(&mut self, joint: usize, fault: BrakeFault) {
+        self.0[joint].fault = fault;
+    }
+
     /// Feedback contacts, closed while the brake is off.
     pub fn released(&self) -> [bool; JOINTS] {
-        self.0.map(|brake| brake.grip == Grip::Open)
+        self.0.map(|brake| brake.fault.contact.unwrap_or(brake.grip == Grip::Open))
     }
 
     /// Joints that stand still in their brake.
@@ -88,7 +123,7 @@ impl Brakes {
     /// Torque of the sliding brakes on their joints, N m and N.
     pub fn drag(&self) -> Joints {
         self.0.map(|brake| match brake.grip {
-            Grip::Sliding { direction } => -direction * brake.holding,
+            Grip::Sliding { direction } => -direction * brake.holding(),
             Grip::Open | Grip::Stuck => 0.0,
         })
     }
@@ -97,7 +132,7 @@ impl Brakes {
     /// keeps each joint at rest, N m and N.
     pub fn break_away(&mut self, needed: &Joints) {
         for (brake, needed) in self.0.iter_mut().zip(needed) {
-            if brake.grip == Grip::Stuck && needed.abs() > brake.holding {
+            if brake.grip == Grip::Stuck && needed.abs() > brake.holding() {
                 brake.grip = Grip::Sliding { direction: -needed.signum() };
             }
         }
@@ -126,65 +161,4 @@ impl Brakes {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use shared::arm::REFERENCE;
-
-    const STILL: Joints = [0.0; 4];
-
-    /// Ticks at this rate until the feedback of joint 2 changes.
-    fn ticks_until(brakes: &mut Brakes, released: bool, hz: f64) -> u32 {
-        (1..10_000)
-            .find(|_| {
-                brakes.advance(&[released; 4], 1.0 / hz, &STILL);
-                brakes.released()[1] == released
-            })
-            .unwrap()
-    }
-
-    #[test]
-    fn opening_takes_150_ms_and_closing_100_ms_at_every_rate() {
-        for hz in [1000.0, 2000.0, 4000.0, 8000.0] {
-            let mut brakes = Brakes::closed(&REFERENCE.limits);
-            assert_eq!(ticks_until(&mut brakes, true, hz), (0.150 * hz) as u32);
-            assert_eq!(ticks_until(&mut brakes, false, hz), (0.100 * hz) as u32);
-        }
-    }
-
-    #[test]
-    fn command_withdrawn_half_way_leaves_the_grip_as_it_was() {
-        let mut brakes = Brakes::closed(&REFERENCE.limits);
-        brakes.advance(&[true; 4], 0.149, &STILL);
-        brakes.advance(&[false; 4], 0.010, &STILL);
-        assert_eq!(brakes.locked(), [true; 4]);
-        let mut brakes = Brakes::open(&REFERENCE.limits);
-        brakes.advance(&[false; 4], 0.099, &STILL);
-        brakes.advance(&[true; 4], 0.010, &STILL);
-        assert_eq!(brakes.released(), [true; 4]);
-    }
-
-    #[test]
-    fn closing_on_motion_slides_against_it_with_one_and_a_half_times_the_limit() {
-        let mut brakes = Brakes::open(&REFERENCE.limits);
-        brakes.advance(&[false, false, false, true], 0.100, &[0.1, -0.1, 0.0, 0.1]);
-        assert_eq!(brakes.drag(), [-45_000.0, 180_000.0, 0.0, 0.0]);
-        assert_eq!(brakes.locked(), [false, false, true, false]);
-    }
-
-    #[test]
-    fn overloaded_brake_slides_in_the_direction_of_the_load() {
-        let mut brakes = Brakes::closed(&REFERENCE.limits);
-        brakes.break_away(&[44_999.0, 180_001.0, -105_001.0, 0.0]);
-        assert_eq!(brakes.locked(), [true, false, false, true]);
-        assert_eq!(brakes.drag(), [0.0, 180_000.0, -105_000.0, 0.0]);
-    }
-
-    #[test]
-    fn first_of_two_stops_is_found_with_its_share() {
-        let mut brakes = Brakes::open(&REFERENCE.limits);
-        let before = [0.3, -0.2, 0.1, 0.0];
-        brakes.advance(&[false; 4], 0.100, &before);
-        assert_eq!(brakes.first_stop(&before, &[0.1, -0.1, 0.05, 0.0]), None);
-        assert_eq!(brakes.first_stop(&before, &[-0.1, 0.2, 0.05, 0.0]), Some((1, 0.5)));
-    }
-}
+mod tests;

@@ -13,7 +13,7 @@
 use shared::arm::Geometry;
 
 use super::body::Second;
-use super::{Joints, Vector, add, cross, dot};
+use super::{Joints, Vector, add, cross, dot, scale};
 
 pub(super) const COLUMN: usize = 0;
 pub(super) const BOOM: usize = 1;
@@ -33,6 +33,12 @@ impl Pose {
     /// The z axis, about or along which a joint moves.
     fn axis(&self) -> Vector {
         [self.rotation[0][2], self.rotation[1][2], self.rotation[2][2]]
+    }
+
+    /// Velocity of the tip at `tip_m` where joint `j`, whose frame this is, moves at unit speed.
+    fn push(&self, j: usize, tip_m: Vector) -> Vector {
+        let arm_m = core::array::from_fn(|i| tip_m[i] - self.position_m[i]);
+        if j == TELESCOPE { self.axis() } else { cross(self.axis(), arm_m) }
     }
 
     fn then<const J: usize>(&self, frame: &Frame<J>) -> Self {
@@ -127,16 +133,25 @@ pub(super) fn forward(g: &Geometry, q: &Joints) -> Pose {
     Frames::new(g, q).poses(q)[TELESCOPE]
 }
 
+/// Position and velocity of the tip, world axes, m and m/s.
+pub(super) fn tip(g: &Geometry, q: &Joints, qd: &Joints) -> (Vector, Vector) {
+    let poses = Frames::new(g, q).poses(q);
+    let tip_m = poses[TELESCOPE].position_m;
+    let velocity_m_s = poses
+        .iter()
+        .enumerate()
+        .fold([0.0; 3], |sum, (j, pose)| add(sum, scale(qd[j], pose.push(j, tip_m))));
+    (tip_m, velocity_m_s)
+}
+
 /// Geometric Jacobian at the tip in world axes: rows linear x, y, z, then angular x, y, z.
 pub(super) fn jacobian(g: &Geometry, q: &Joints) -> [Joints; 6] {
     let poses = Frames::new(g, q).poses(q);
     let tip_m = poses[TELESCOPE].position_m;
     let mut rows = [[0.0; 4]; 6];
     for (j, pose) in poses.iter().enumerate() {
-        let axis = pose.axis();
-        let arm_m = core::array::from_fn(|i| tip_m[i] - pose.position_m[i]);
-        let (linear, angular) =
-            if j == TELESCOPE { (axis, [0.0; 3]) } else { (cross(axis, arm_m), axis) };
+        let linear = pose.push(j, tip_m);
+        let angular = if j == TELESCOPE { [0.0; 3] } else { pose.axis() };
         for i in 0..3 {
             rows[i][j] = linear[i];
             rows[i + 3][j] = angular[i];

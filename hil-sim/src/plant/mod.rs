@@ -10,7 +10,7 @@ mod model;
 mod simulation;
 mod solve;
 
-pub use brake::{BRAKE_CLOSE_S, BRAKE_OPEN_S};
+pub use brake::{BRAKE_CLOSE_S, BRAKE_OPEN_S, BrakeFault};
 pub use chain::Pose;
 pub use disturbance::{Disturbance, FRICTION, RATIOS, Ratios};
 pub use model::Model;

@@ -36,6 +36,11 @@ impl Model {
         chain::forward(&self.geometry, q)
     }
 
+    /// Position and velocity of the tip, world axes, m and m/s.
+    pub fn tip(&self, q: &Joints, qd: &Joints) -> ([f64; 3], [f64; 3]) {
+        chain::tip(&self.geometry, q, qd)
+    }
+
     /// Geometric Jacobian at the tip in world axes: rows linear x, y, z, then angular x, y, z.
     pub fn jacobian(&self, q: &Joints) -> [Joints; 6] {
         chain::jacobian(&self.geometry, q)

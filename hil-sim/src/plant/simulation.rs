@@ -2,7 +2,7 @@
 
 use shared::arm::{Arm, JOINTS};
 
-use super::brake::Brakes;
+use super::brake::{BrakeFault, Brakes};
 use super::disturbance::Disturbance;
 use super::model::{Dynamics, Model};
 use super::{Joints, Pose, ahead};
@@ -11,6 +11,7 @@ use super::{Joints, Pose, ahead};
 #[derive(Clone, Debug)]
 pub struct Plant {
     model: Model,
+    payload_kg: f64,
     q: Joints,
     qd: Joints,
     brakes: Brakes,
@@ -50,7 +51,7 @@ impl Plant {
         let model = Model::new(arm);
         let dynamics = model.at(&q, &qd, &brakes.locked());
         let release = [release; JOINTS];
-        Self { model, q, qd, brakes, release, disturbance, dynamics, substeps }
+        Self { model, payload_kg: 0.0, q, qd, brakes, release, disturbance, dynamics, substeps }
     }
 
     /// Joint positions, rad and m.
@@ -86,12 +87,23 @@ impl Plant {
     /// Picks up, with the tip's own velocity, or drops a payload; joint speeds do not change.
     pub fn set_payload(&mut self, mass_kg: f64) {
         self.model.set_payload(mass_kg);
+        self.payload_kg = mass_kg;
         self.refresh();
+    }
+
+    /// The payload that it carries, kg.
+    pub fn payload_kg(&self) -> f64 {
+        self.payload_kg
     }
 
     /// Commands the brakes, `true` to open.
     pub fn set_brake_release(&mut self, release: [bool; JOINTS]) {
         self.release = release;
+    }
+
+    /// Makes the brake of a joint faulty, or sound again.
+    pub fn set_brake_fault(&mut self, joint: usize, fault: BrakeFault) {
+        self.brakes.set_fault(joint, fault);
     }
 
     /// Feedback contacts of the brakes, `true` while open.

@@ -101,6 +101,8 @@ bounds! {
     FRICTION: "plant.friction", Four, 0.0, 10_000.0, "N m s/rad (joint 4: N s/m)", "";
     DISTURBANCE: "plant.disturbance", Four, 0.0, 1.0, "", "they scale the 30 N m sine of Eq 28";
     SUBSTEPS: "plant.substeps", Whole, 1.0, 16.0, "", "";
+    PLANT_PAYLOAD_KG: "plant.payload_kg", Real, 0.0, 600.0, "kg",
+        "twice the rated payload is the most tried";
     PAYLOAD_KG: "plant.payload.kg", Real, 0.0, 600.0, "kg", "twice the rated payload is the most tried";
     PAYLOAD_AT_S: "plant.payload.at_s", Real, 0.0, 60.0, "s",
         "the pick-up must not come after the trajectory's end (`duration_s`)";
@@ -111,6 +113,9 @@ bounds! {
     SKEW_S: "encoders.skew_s", Real, 0.0, 15e-6, "s",
         "the fourth latch must fall into the first half of the shortest tick, 125 us";
     ERROR_SHARE: "bus.error_share", Real, 0.0, 1.0, "", "it is a share of the frames";
+    FAULT_AT_S: "fault.at_s", Real, -1000.0, 1000.0, "s",
+        "seconds after the trajectory's start; before power-up means from power-up on";
+    FAULT_FOR_S: "fault.for_s", Real, 1e-6, 1000.0, "s", "";
     K1: "controller.k1", Real, 10.0, 500.0, "1/s", "";
     K2: "controller.k2", Real, 10.0, 500.0, "1/s", "";
     KP: "controller.kp", Real, 10.0, 40_000.0, "1/s²", "";

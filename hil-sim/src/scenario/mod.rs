@@ -6,6 +6,7 @@
 mod accept;
 pub mod bounds;
 mod error;
+mod fault;
 mod raw;
 mod read;
 mod validate;
@@ -16,10 +17,12 @@ use std::path::Path;
 
 use shared::arm::JOINTS;
 use shared::command::Profile;
+use shared::fault::Fault;
 
 pub use self::accept::{Accept, Limits};
 use self::error::Source;
 pub use self::error::{Invalid, MAX_BYTES, ScenarioError};
+use crate::faults::Injection;
 use crate::outcome::{Adaptation, Law};
 
 /// One validated scenario. Ranges stand in [`bounds`].
@@ -51,6 +54,10 @@ pub struct Scenario {
     pub controller: Controller,
     /// Limits on the metrics.
     pub accept: Accept,
+    /// Faults to be injected.
+    pub faults: Vec<Injection>,
+    /// Fault in which the run has to end, if it has to end in one.
+    pub expect: Option<Fault>,
 }
 
 /// The joint-space path q_d = q0 + amplitude · s(t / duration).
@@ -78,7 +85,9 @@ pub struct Model {
 /// What the true arm carries and suffers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plant {
-    /// Payload picked up on the way, if any.
+    /// Payload from the start, kg.
+    pub payload_kg: f64,
+    /// Payload picked up on the way, if any, on top of the one from the start.
     pub payload: Option<Payload>,
     /// Viscous friction, N m s/rad (joint 4: N s/m).
     pub friction: [f64; JOINTS],
@@ -152,8 +161,14 @@ macro_rules! shipped {
 }
 
 /// Name and text of each scenario inside the program.
-const SHIPPED: [(&str, &str); 5] =
-    shipped!["paper", "velocity-mismatch", "payload", "coarse-encoders", "noisy-bus"];
+const SHIPPED: [(&str, &str); 6] = shipped![
+    "paper",
+    "velocity-mismatch",
+    "payload",
+    "coarse-encoders",
+    "noisy-bus",
+    "stuck-encoder"
+];
 
 /// How alike two names must be (Jaro-Winkler) before one is offered for the other.
 const LIKENESS: f64 = 0.8;

@@ -23,6 +23,8 @@ pub(super) struct Raw {
     pub bus: RawBus,
     pub controller: RawController,
     pub accept: RawAccept,
+    pub fault: Vec<Spanned<RawFault>>,
+    pub expect: RawExpect,
 }
 
 #[derive(Default, Deserialize)]
@@ -44,6 +46,7 @@ pub(super) struct RawModel {
 #[derive(Default, Deserialize)]
 #[serde(default, deny_unknown_fields, expecting = "a table")]
 pub(super) struct RawPlant {
+    pub payload_kg: Leaf,
     pub payload: Option<Spanned<RawPayload>>,
     pub friction: Leaf,
     pub disturbance: Leaf,
@@ -100,6 +103,22 @@ pub(super) struct RawLimits {
     pub e_max_m: Leaf,
     pub rho_s: Leaf,
     pub rms_m: Leaf,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default, deny_unknown_fields, expecting = "a table")]
+pub(super) struct RawFault {
+    pub kind: Leaf,
+    pub target: Leaf,
+    pub at_s: Leaf,
+    pub for_s: Leaf,
+    pub severity: Leaf,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default, deny_unknown_fields, expecting = "a table")]
+pub(super) struct RawExpect {
+    pub fault: Leaf,
 }
 
 /// Names of [`Profile`] in a file.

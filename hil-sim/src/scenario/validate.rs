@@ -36,6 +36,8 @@ impl Source<'_> {
             bus: Bus { error_share: self.number(&raw.bus.error_share, &bounds::ERROR_SHARE, 0.0)? },
             controller: self.controller(&raw.controller)?,
             accept: self.accept(&raw.accept)?,
+            faults: self.faults(&raw.fault)?,
+            expect: self.expected(&raw.expect.fault)?,
         })
     }
 
@@ -68,6 +70,7 @@ impl Source<'_> {
 
     fn plant(&self, raw: &RawPlant, duration_s: f64) -> Checked<Plant> {
         Ok(Plant {
+            payload_kg: self.number(&raw.payload_kg, &bounds::PLANT_PAYLOAD_KG, 0.0)?,
             payload: raw.payload.as_ref().map(|raw| self.payload(raw, duration_s)).transpose()?,
             friction: self.four(&raw.friction, &[bounds::FRICTION; JOINTS], plant::FRICTION)?,
             disturbance: self.disturbance(&raw.disturbance)?,

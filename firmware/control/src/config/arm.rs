@@ -121,4 +121,3 @@ impl Body {
         check.all("inertia_com_kg_m2 products", &[ixy, ixz, iyz], -1e6, 1e6);
     }
 }
-

@@ -81,4 +81,3 @@ impl Gains {
         check.one("observer_rad_s", 0, self.observer_rad_s, 10.0, 3.0 * tick_hz);
     }
 }
-

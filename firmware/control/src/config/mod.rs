@@ -14,8 +14,8 @@ pub use arm::{ArmModel, Body, Geometry};
 use check::Check;
 pub use check::ConfigError;
 pub use gains::{Gains, Law};
-use joint::joint;
 pub use joint::Joint;
+use joint::joint;
 pub use safety::Safety;
 
 /// Everything that a board's owner may set: 32-bit words without padding, so that it can be sent, kept and
@@ -89,4 +89,3 @@ impl Default for Config {
         const { Self::for_arm(&REFERENCE, 2_000) }
     }
 }
-

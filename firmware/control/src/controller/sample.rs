@@ -130,7 +130,8 @@ impl Core {
         let rejected = self.rejected;
         for (index, bucket) in self.buckets.iter_mut().enumerate() {
             // The DAC's turn comes with its write, a converter's once it is configured.
-            let sampled = index < JOINTS && self.seen >> index & 1 != 0 || index == ADC && self.adc_ready;
+            let sampled =
+                index < JOINTS && self.seen >> index & 1 != 0 || index == ADC && self.adc_ready;
             if sampled && rejected >> index & 1 == 0 {
                 bucket.good();
             }

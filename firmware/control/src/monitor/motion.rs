@@ -5,8 +5,8 @@ use shared::arm::JOINTS;
 use shared::fault::Fault;
 
 use super::{Finding, Findings};
-use crate::config::Config;
 use crate::JointVector;
+use crate::config::Config;
 use crate::estimator::{FRACTION_BITS, Observer, Scale};
 
 /// Limits of the motion monitor; joint 4 in m.
@@ -55,8 +55,7 @@ impl MotionLimits {
         let ranges = self.lowest.iter().zip(&self.span);
         codes.iter().zip(ranges).all(|(&code, (&lowest, &span))| {
             // A code beyond what a word holds is far outside.
-            code < 1 << (32 - FRACTION_BITS)
-                && (code << FRACTION_BITS).wrapping_sub(lowest) <= span
+            code < 1 << (32 - FRACTION_BITS) && (code << FRACTION_BITS).wrapping_sub(lowest) <= span
         })
     }
 }

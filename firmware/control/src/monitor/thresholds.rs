@@ -36,7 +36,8 @@ impl EncoderLimits {
         let mut limits = Self::zeroed();
         for (j, joint) in config.joints.iter().enumerate() {
             // An acceleration moves the next code by its way in one tick squared.
-            let window = |a: f32| (QUANTISATION + a / (tick_hz * tick_hz * joint.encoder_lsb)) as u32;
+            let window =
+                |a: f32| (QUANTISATION + a / (tick_hz * tick_hz * joint.encoder_lsb)) as u32;
             limits.tight[j] = window(safety.unforeseen[j]);
             limits.wide[j] = window(safety.violent[j]);
             limits.per_acceleration[j] = WORDS / (tick_hz * tick_hz * joint.encoder_lsb);

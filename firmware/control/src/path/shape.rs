@@ -91,4 +91,3 @@ fn half_sine(x_q32: u32) -> Shape {
 
 /// 1 with 31 fractional bits; the cast saturates.
 const S_ONE: f32 = 2_147_483_648.0;
-

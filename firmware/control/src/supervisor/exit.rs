@@ -122,9 +122,7 @@ impl Mode {
         match self {
             Self::Boot { .. } => events.ready.then_some(Exit::Ready),
             Self::Standby { codes } => slips(timing, codes, events).then_some(Exit::Slipped),
-            Self::Arming { open, .. } => {
-                (*open >= timing.calm + timing.test).then_some(Exit::Free)
-            }
+            Self::Arming { open, .. } => (*open >= timing.calm + timing.test).then_some(Exit::Free),
             Self::Holding { .. } => None,
             Self::Moving(motion) => motion.is_over().then_some(Exit::PathEnded),
             Self::Jogging { follower, .. } => {
@@ -140,9 +138,9 @@ impl Mode {
                 let set = (*closed > timing.torque_tail).then_some(Exit::BrakesSet);
                 set.or(spent.then_some(Exit::CutTorque))
             }
-            Self::TorqueOff { ticks, .. } => {
-                (events.brakes.closed == ALL || *ticks > timing.brake_set).then_some(Exit::BrakesSet)
-            }
+            Self::TorqueOff { ticks, .. } => (events.brakes.closed == ALL
+                || *ticks > timing.brake_set)
+                .then_some(Exit::BrakesSet),
             Self::Latched { codes, cause } => {
                 let torque_is_good = Reaction::to(cause.finding.fault) != Reaction::Sto;
                 (torque_is_good && slips(timing, codes, events)).then_some(Exit::Slipped)

@@ -335,7 +335,9 @@ impl Mode {
             Self::BrakeHold { ticks, closed: 0, .. } if *ticks > timing.brake_set => {
                 1 << Limit::BrakeFeedback as u16
             }
-            Self::Jogging { follower, quiet, .. } if follower.goal() == 0 && *quiet <= timing.jog => {
+            Self::Jogging { follower, quiet, .. }
+                if follower.goal() == 0 && *quiet <= timing.jog =>
+            {
                 1 << Limit::SoftPosition as u16
             }
             _ => 0,

@@ -187,10 +187,18 @@ fn transfer(device: u8, mosi: &[u8], miso: &mut [u8]) -> Result<(), spi::ErrorKi
         link.post(&[pil::TAG_TRANSFER, device, mosi.len() as u8]);
         link.post(mosi);
         link.flush();
-        link.read(miso);
+        let mut answer = [0; 1 + TRANSFER_MAX];
+        link.read(answer.get_mut(..=miso.len()).ok_or(spi::ErrorKind::Overrun)?);
+        let [failed, received @ ..] = answer;
+        if failed != 0 {
+            return Err(spi::ErrorKind::Other);
+        }
+        for (slot, byte) in miso.iter_mut().zip(received) {
+            *slot = byte;
+        }
         defect::in_sample(device, miso);
-    });
-    Ok(())
+        Ok(())
+    })
 }
 
 /// As [`transfer`], sending zeros.

@@ -157,6 +157,9 @@ fn SysTick() {
     let (controller, planner) =
         unsafe { ((*CONTROLLER.0.get()).assume_init_mut(), (*PLANNER.0.get()).assume_init_mut()) };
     let release = link::await_release();
+    for poke in &release.pokes {
+        poke.apply(controller.memory().as_bytes_mut());
+    }
     // SAFETY: only SysTick, and idle before it starts, touch it.
     let codes = unsafe { &*CODES.0.get() };
     let order = release.command.map(|command| planner.plan(&command, codes));
