@@ -1,5 +1,6 @@
 //! Faults begin and end when they should, do what they are named after, and repeat with their seed.
 
+use firmware::controller::Core;
 use hil_sim::faults::{Injection, Kind, Place, SPECS, Target};
 use hil_sim::run::{RunError, Software, kept_of};
 use hil_sim::scenario::Scenario;
@@ -132,7 +133,9 @@ fn memory_is_changed_before_the_tick_that_finds_it() {
 fn flipped_configuration_is_refused() {
     let scenario = lift(&[one(Kind::ConfigFlip, 0.0)]);
     let session = Session::new(&scenario, false);
-    let refused = Software::new(kept_of(&scenario), &session.bench(), session.retained());
+    let mut core = Core::new();
+    let refused =
+        Software::new(kept_of(&scenario), &session.bench(), session.retained(), &mut core);
     assert!(matches!(refused, Err(RunError::Config(error)) if error.field() == "check sum"));
 }
 

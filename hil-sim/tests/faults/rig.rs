@@ -2,6 +2,7 @@
 
 use std::convert::Infallible;
 
+use firmware::controller::Core;
 use hil_sim::faults::Injection;
 use hil_sim::run::{Software, kept_of};
 use hil_sim::scenario::Scenario;
@@ -35,12 +36,12 @@ fn scenario(amplitude: &str, faults: &[Injection]) -> Scenario {
 }
 
 /// Software that remembers how its ticks were opened.
-struct Listener {
-    software: Software,
+struct Listener<'m> {
+    software: Software<'m>,
     releases: Vec<Release>,
 }
 
-impl Controller for Listener {
+impl Controller for Listener<'_> {
     type Error = Infallible;
 
     fn tick(&mut self, release: &Release) -> Result<Record, Infallible> {
@@ -65,7 +66,9 @@ pub fn run_on(scenario: &Scenario, more_s: f64, commands: &[Command]) -> Run {
     let mut session = Session::new(scenario, false);
     session.keep_tape();
     let (kept, bench) = (kept_of(scenario), session.bench());
-    let software = Software::new(kept, &bench, session.retained()).expect("a good configuration");
+    let mut core = Core::new();
+    let software =
+        Software::new(kept, &bench, session.retained(), &mut core).expect("a good configuration");
     let mut listener = Listener { software, releases: Vec::new() };
     while !session.is_over() {
         let Ok(_) = session.tick(&mut listener);
