@@ -157,12 +157,13 @@ mod tests {
         let mut track = Track::at_rest(1_000);
         let start = 1_000 << FRACTION_BITS;
         let far = 8 << FRACTION_BITS;
-        assert!(!track.is_stuck(1_001, start + (8 << FRACTION_BITS), far));
-        assert!(track.is_stuck(999, start + (9 << FRACTION_BITS), far));
-        assert!(track.is_stuck(1_000, start.wrapping_sub(9 << FRACTION_BITS), far));
-        assert!(!track.is_stuck(1_002, start + (9 << FRACTION_BITS), far));
-        assert!(!track.is_stuck(1_002, start + (17 << FRACTION_BITS), far));
-        assert!(track.is_stuck(1_002, start + (18 << FRACTION_BITS), far));
+        let moved = |counts: u32| start + (counts << FRACTION_BITS);
+        assert!(!track.is_stuck(1_001, moved(8), far));
+        assert!(track.is_stuck(998, moved(9), far));
+        assert!(track.is_stuck(1_002, start.wrapping_sub(9 << FRACTION_BITS), far));
+        assert!(!track.is_stuck(1_003, moved(9), far));
+        assert!(!track.is_stuck(1_004, moved(17), far));
+        assert!(track.is_stuck(1_003, moved(18), far));
     }
 
     #[test]
