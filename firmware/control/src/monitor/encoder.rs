@@ -174,7 +174,8 @@ mod tests {
     fn three_in_ten_ticks_condemn() {
         let mut track = moving();
         assert_eq!([5, 15, 24, 34, 43].map(|tick| track.reject(tick)), [false; 5]);
-        assert!(track.reject(44));
+        assert!(!track.reject(44));
+        assert!(track.reject(52));
         let mut track = moving();
         assert_eq!([1, 5, 10].map(|tick| track.reject(tick)), [false, false, true]);
     }
