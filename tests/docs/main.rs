@@ -1,0 +1,4 @@
+//! The documents say what the code does.
+
+mod markdown;
+mod supervisor;
