@@ -2,3 +2,5 @@
 
 mod markdown;
 mod supervisor;
+mod thresholds;
+mod values;
