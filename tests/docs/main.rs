@@ -1,5 +1,6 @@
 //! The documents say what the code does.
 
+mod faults;
 mod markdown;
 mod supervisor;
 mod thresholds;
