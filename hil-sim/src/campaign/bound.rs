@@ -19,7 +19,8 @@ const BRAKE: f64 = 1.5;
 const SUBSTEPS: u32 = 10;
 
 /// The bound, m: the state is that of step `from` of `trial`, the torques are those of the step before, and the
-/// reaction comes `limit` ticks later. Heights count from `reference`.
+/// reaction comes up to `limit` ticks later, whenever that is worst: a fault may lift the arm until then. Heights count
+/// from `reference`.
 pub fn bound_m(
     trial: &Trial,
     from: usize,
@@ -29,13 +30,15 @@ pub fn bound_m(
     reference: &Track,
 ) -> f64 {
     let t_s = trial.frames[from].true_s - trial.start_s.unwrap_or(0.0);
-    let heights = match acting {
-        Acting::Isolated(j) => isolated(trial, from, limit, j, scenario),
-        _ => cut(trial, from, limit, acting, scenario.plant.payload_kg),
+    let sinking = |limit| {
+        let heights = match acting {
+            Acting::Isolated(j) => isolated(trial, from, limit, j, scenario),
+            _ => cut(trial, from, limit, acting, scenario.plant.payload_kg),
+        };
+        let below = heights.iter().enumerate();
+        below.map(|(i, h)| reference.height(t_s + i as f64 * TICK_S) - h).fold(0.0, f64::max)
     };
-    let sinking =
-        heights.iter().enumerate().map(|(i, h)| reference.height(t_s + i as f64 * TICK_S) - h);
-    MARGIN * sinking.fold(0.0, f64::max)
+    MARGIN * (0..=limit).map(sinking).fold(0.0, f64::max)
 }
 
 /// Torque of the fault until the limit, then none and all brakes.

@@ -12,16 +12,12 @@ use crate::faults::{Kind, Target};
 
 pub fn estimates(_: &Pose) -> Ways {
     let mut ways = Vec::new();
-    for (j, sign) in [(0, 1.0), (1, 1.0), (1, -1.0), (3, 1.0)] {
-        let driven = vec![fault(Kind::DHat, Target::Joint(j)).of(sign * 1e6)];
-        let name = format!(
-            "joint {}: adaptation driven to its {} bound",
-            j + 1,
-            if sign > 0.0 { "upper" } else { "lower" }
-        );
-        let plain =
-            Variant::new(name, driven, Expect::Ss1OrNone, Sign::Limited(Limit::Adaptation), 1, 100);
-        ways.push(plain.checked(bounded));
+    for (j, value) in [(0, 1.0), (1, 1.0), (1, -1.0), (3, 1.0), (1, 50.0)] {
+        let driven = value * f64::from(Gains::DEFAULT.d_max[j]);
+        let name = format!("joint {}: adaptation at {value} of its bound", j + 1);
+        let driven = vec![fault(Kind::DHat, Target::Joint(j)).of(driven)];
+        let sign = Sign::Limited(Limit::Adaptation);
+        ways.push(Variant::new(name, driven, Expect::Ss1OrNone, sign, 1, 100).checked(bounded));
     }
     for (j, severity, what) in
         [(0, 0.0, "speed"), (1, 0.0, "speed"), (1, 1.0, "disturbance"), (3, 1.0, "disturbance")]
