@@ -263,7 +263,7 @@ impl Case<'_> {
             Expect::Lower => &[Reaction::Lower],
         };
         let orders_stop =
-            self.variant.orders.iter().any(|order| order.ask == Ask::Plain(Command::Stop));
+            self.variant.orders.iter().any(|order| matches!(order.ask, Ask::Plain(Command::Stop)));
         if !wanted.contains(&reaction) && !(orders_stop && wanted == [Reaction::None]) {
             short.push(format!(
                 "reaction {} ({}), not {}",

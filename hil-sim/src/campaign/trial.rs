@@ -28,7 +28,7 @@ const START_UP_S: f64 = 3.0;
 const FORESIGHT_S: f64 = 0.01;
 
 /// What an operator asks for.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub enum Ask {
     /// This.
     Plain(Command),
@@ -37,7 +37,7 @@ pub enum Ask {
 }
 
 /// An order with its time since the path's start, s.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub struct Order {
     /// When.
     pub at_s: f64,

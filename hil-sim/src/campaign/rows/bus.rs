@@ -123,7 +123,7 @@ fn repeated_encoder(pose: &Pose, j: usize, again: Injection) -> Variant {
         let plain = Variant::new(name, vec![again], Expect::Ss1, Sign::Rejected(j), 1, 3);
         Variant { observable: Condition::Still(j, 0), ..plain.due(Condition::Still(j, 2)) }
     } else {
-        Variant::harmless(name, vec![again])
+        Variant::harmless(name, vec![again]).or_stopped()
     }
 }
 

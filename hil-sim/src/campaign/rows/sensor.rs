@@ -22,7 +22,7 @@ pub fn stuck(pose: &Pose) -> Ways {
     let ways = (0..JOINTS).map(one).chain([all]).map(|(name, target, j)| {
         let stuck = vec![fault(Kind::StuckEncoder, target)];
         if !pose.moves() {
-            return Variant::harmless(name, stuck);
+            return Variant::harmless(name, stuck).or_stopped();
         }
         Variant::new(name, stuck, Expect::Ss1, STUCK, 3, 5).from(Condition::Still(j, 0))
     });
