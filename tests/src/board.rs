@@ -21,7 +21,8 @@ pub const STAGES: &[Stage] = &[
     ("monitor", &["control::monitor::", "controller::sample::", "::sample"]),
     ("trajectory", &["control::path::", "supervisor::follow::", "set_point", "Core::aim"]),
     ("kinematics and dynamics", &["control::dynamics::"]),
-    ("law and adaptation", &["control::law::", "controller::control::"]),
+    ("law and adaptation", &["control::law::"]),
+    ("control", &["controller::control::"]),
     ("supervise", &["controller::decide::", "::supervise", "control::supervisor::"]),
     ("telemetry", &["Core>::record", "RecordSink"]),
     (

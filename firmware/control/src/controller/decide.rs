@@ -71,6 +71,9 @@ impl Core {
     #[inline(never)]
     fn react(&mut self) {
         self.judged = self.findings.worst.fault;
+        if self.judged == Fault::Oscillation {
+            (self.trace.soft, self.spoilt) = (true, true);
+        }
         let boot = Readiness { ready: false, complaint: Fault::None };
         self.with_events(None, Brakes::default(), boot, Mode::react);
     }

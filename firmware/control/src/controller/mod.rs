@@ -74,8 +74,13 @@ struct Trace {
     /// Torque written, and torque acting since LDAC, N m and N.
     written: JointVector,
     acting: JointVector,
-    /// Last disturbance estimate that was finite, N m and N.
-    d_hat: JointVector,
+    /// Disturbance estimates of 0 to 1 and of 1 to 2 times [`BACKUP_TICKS`] ago, N m and N.
+    d_mid: JointVector,
+    d_old: JointVector,
+    /// Joints without torque, one bit each.
+    isolated: u8,
+    /// The arm swings: the law is softened.
+    soft: bool,
     /// The law computed the torque.
     in_control: bool,
     /// The arm's motion tells of disturbances.
@@ -83,6 +88,10 @@ struct Trace {
     /// Ticks for which samples get a wider window: torque was at its limit.
     loose: u8,
 }
+
+/// Age of a disturbance estimate that a faulty sensor has not touched yet, as long as it is found within this
+/// many ticks; a power of two.
+const BACKUP_TICKS: u32 = 128;
 
 impl Trace {
     const NONE: Self = {
@@ -94,7 +103,10 @@ impl Trace {
             wanted: [zero; 2],
             written: zero,
             acting: zero,
-            d_hat: zero,
+            d_mid: zero,
+            d_old: zero,
+            isolated: 0,
+            soft: false,
             in_control: false,
             adapts: false,
             loose: 0,

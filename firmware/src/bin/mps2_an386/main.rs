@@ -94,11 +94,12 @@ fn main() -> ! {
     defect::before_configuration(config);
     let crc = defect::in_coefficients(config, crc);
     let controller = controller.write(Executive::new(wire(), core));
-    if controller.configure(config, crc, Retained { parked: Some(parked) }).is_ok() {
+    let retained = Retained { parked: Some(parked) };
+    if controller.configure(config, crc, retained).is_ok() {
         // SAFETY: SysTick is not running yet.
         unsafe { (*PLANNER.0.get()).write(Planner::new(config)) };
         link::send_coefficients(controller.parameter_bytes());
-        defect::in_law(controller, config);
+        defect::in_law(controller, config, retained);
         start_ticking(config.tick_hz);
     } else {
         link::send_refusal();
