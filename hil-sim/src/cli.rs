@@ -171,6 +171,12 @@ pub struct PilArgs {
     /// Image of the emulated board, as `cargo firmware` builds it
     #[arg(long, value_name = "ELF", default_value = IMAGE)]
     pub image: PathBuf,
+    /// Directory for what the board kept of a run that ended in a fault
+    #[arg(long, value_name = "DIR", conflicts_with = "no_output")]
+    pub out: Option<PathBuf>,
+    /// Write no files
+    #[arg(long)]
+    pub no_output: bool,
 }
 
 /// Arguments of `model`.

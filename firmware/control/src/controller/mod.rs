@@ -43,6 +43,8 @@ pub struct TickInput<'a> {
 pub struct Retained {
     /// Encoder codes of the pose that the arm was parked in; `None` if it is not known.
     pub parked: Option<[u32; JOINTS]>,
+    /// Exception that ended the last run, if one did: until it is cleared, the controller stays latched.
+    pub crash: Option<Fault>,
 }
 
 /// Index of the torque converter among the counted devices; encoders are 0 to 3.
@@ -160,7 +162,8 @@ pub struct Core {
     turn: usize,
     /// Ticks since the operator's last authentic frame.
     silence: u32,
-    retained: Retained,
+    /// See [`Retained::parked`].
+    parked: Option<[u32; JOINTS]>,
 }
 
 impl Core {
@@ -194,7 +197,7 @@ impl Core {
             tick: 0,
             turn: 0,
             silence: 0,
-            retained: Retained { parked: None },
+            parked: None,
         }
     }
 
@@ -217,7 +220,10 @@ impl Core {
         let [j1, j2, j3, j4] = &config.joints;
         let layouts = [j1.layout(0)?, j2.layout(1)?, j3.layout(2)?, j4.layout(3)?];
         self.memory.set(config);
-        self.retained = retained;
+        self.parked = retained.parked;
+        if let Some(crash) = retained.crash {
+            self.mode = Mode::latched(crash);
+        }
         Ok(layouts)
     }
 

@@ -189,6 +189,11 @@ impl Mode {
     /// Mode at reset.
     pub const RESET: Self = Self::Boot { ticks: 0, complaint: Fault::None };
 
+    /// Mode at a reset that followed a crash.
+    pub fn latched(crash: Fault) -> Self {
+        Self::Latched { codes: [0; JOINTS], cause: Cause::new(Finding::new(crash)) }
+    }
+
     /// One tick along a trajectory, if there is nothing else to decide.
     #[inline(always)]
     pub fn glides(&mut self) -> bool {
