@@ -5,6 +5,7 @@ pub mod bench;
 pub mod chips;
 pub mod cli;
 pub mod commands;
+pub mod console;
 pub mod faults;
 pub mod metrics;
 pub mod operator;

@@ -8,7 +8,7 @@ use std::time::Instant;
 use firmware::config::{ArmModel, Config, ConfigError, Law as FirmwareLaw};
 use firmware::controller::Core;
 use firmware::executive::{Executive, Retained, TickInput};
-use firmware::planner::Planner;
+use firmware::link::{Access, Station};
 use heapless::spsc::Queue;
 use shared::arm::{Arm, JOINTS, REFERENCE};
 use shared::pil::Release;
@@ -17,6 +17,7 @@ use shared::wire::biss_c::LATCH_DELAY_S;
 use thiserror::Error;
 
 use crate::bench::{self, Bench};
+use crate::console::{KEY, Line};
 use crate::faults::flip_configuration;
 use crate::outcome::{Adaptation, Law, Outcome};
 use crate::scenario::Scenario;
@@ -95,7 +96,10 @@ pub fn kept_of(scenario: &Scenario) -> Kept {
     kept
 }
 
-/// The firmware library wired to a bench, with its telemetry queue.
+/// Who may command the boards of this harness.
+pub const ACCESS: Access = Access { key: KEY, boots: 1 };
+
+/// The firmware library wired to a bench, with its telemetry queue and its end of the operator link.
 pub struct Software<'m> {
     executive: Executive<
         'm,
@@ -103,9 +107,9 @@ pub struct Software<'m> {
         bench::Handle<bench::Output>,
         bench::Handle<bench::Input>,
     >,
-    planner: Planner,
+    station: Station,
+    line: Line,
     queue: Queue<Record, 4>,
-    last: Record,
 }
 
 impl<'m> Software<'m> {
@@ -122,8 +126,8 @@ impl<'m> Software<'m> {
         let Kept { config, crc } = kept.into();
         let mut executive = Executive::new(bench::wire(bench), core);
         executive.configure(&config, crc, retained).map_err(RunError::Config)?;
-        let (planner, last) = (Planner::new(&config), Record::default());
-        Ok(Self { executive, planner, queue: Queue::new(), last })
+        let (station, line) = (Station::new(&config, ACCESS), Line::default());
+        Ok(Self { executive, station, line, queue: Queue::new() })
     }
 
     /// What the configuration became, for comparison with another build.
@@ -139,19 +143,26 @@ impl Controller for Software<'_> {
         for poke in &release.pokes {
             poke.apply(self.executive.memory().as_bytes_mut());
         }
+        self.line.deliver(release.link());
+        self.station.serve(&mut self.line, &());
         let (mut records, mut idle) = self.queue.split();
-        let codes = self.last.code;
-        let order = release.command.map(|command| self.planner.plan(&command, &codes));
+        let served = self.station.served();
         let input = TickInput {
-            order: order.as_ref(),
-            alive: release.alive,
+            order: served.order.as_ref(),
+            alive: served.alive,
             cycles: release.cycles,
             spent: release.spent,
             conversions: release.conversions,
         };
         self.executive.tick(&input, &mut records);
-        self.last = idle.dequeue().unwrap_or_default();
-        Ok(self.last)
+        let record = idle.dequeue().unwrap_or_default();
+        self.station.taken(record.refusal);
+        self.station.note(&record);
+        Ok(record)
+    }
+
+    fn said(&mut self) -> Vec<u8> {
+        self.line.take()
     }
 }
 

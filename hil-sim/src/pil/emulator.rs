@@ -17,7 +17,7 @@ use tempfile::TempDir;
 use thiserror::Error;
 
 use crate::bench::{Bench, Device, Output};
-use crate::run::Kept;
+use crate::run::{ACCESS, Kept};
 
 /// Program that emulates the board.
 const PROGRAM: &str = "qemu-system-arm";
@@ -72,6 +72,8 @@ pub struct Emulator {
     to_harness: Buffered,
     bench: Rc<RefCell<Bench>>,
     coefficients: Vec<u8>,
+    /// What the board has said on the operator link.
+    said: Vec<u8>,
     /// Holds the FIFOs; removed at the end.
     _folder: TempDir,
 }
@@ -121,6 +123,7 @@ impl Emulator {
             to_harness: Buffered::new(to_harness),
             bench,
             coefficients: Vec::new(),
+            said: Vec::new(),
             _folder: folder,
         };
         let Kept { config, crc } = kept.into();
@@ -129,6 +132,8 @@ impl Emulator {
         for code in retained.parked.unwrap_or_default() {
             emulator.to_board.write_all(&code.to_le_bytes())?;
         }
+        emulator.to_board.write_all(&ACCESS.boots.to_le_bytes())?;
+        emulator.to_board.write_all(&ACCESS.key)?;
         emulator.coefficients = emulator.greet()?;
         Ok(emulator)
     }
@@ -186,6 +191,11 @@ impl Emulator {
         }
     }
 
+    /// What the board has said on the operator link since this was last asked.
+    pub fn said(&mut self) -> Vec<u8> {
+        std::mem::take(&mut self.said)
+    }
+
     /// Releases one tick and serves its bus until its record arrives.
     ///
     /// # Errors
@@ -200,6 +210,13 @@ impl Emulator {
                     self.bench.borrow_mut().set(pin, high);
                 }
                 pil::TAG_TRANSFER => self.transfer()?,
+                pil::TAG_LINK => {
+                    let length = self.byte()?;
+                    for _ in 0..length {
+                        let byte = self.byte()?;
+                        self.said.push(byte);
+                    }
+                }
                 pil::TAG_RECORD => {
                     let mut bytes = [0; RECORD_BYTES];
                     self.fill(&mut bytes)?;
