@@ -7,10 +7,12 @@ use std::time::Instant;
 
 use firmware::config::{ArmModel, Config, ConfigError, Law as FirmwareLaw};
 use firmware::controller::Core;
+use firmware::evidence::Recorder;
 use firmware::executive::{Executive, Retained, TickInput};
 use firmware::link::{Access, Station};
 use heapless::spsc::Queue;
 use shared::arm::{Arm, JOINTS, REFERENCE};
+use shared::evidence::Image;
 use shared::pil::Release;
 use shared::telemetry::Record;
 use shared::wire::biss_c::LATCH_DELAY_S;
@@ -96,8 +98,8 @@ pub fn kept_of(scenario: &Scenario) -> Kept {
     kept
 }
 
-/// Who may command the boards of this harness.
-pub const ACCESS: Access = Access { key: KEY, boots: 1 };
+/// Who may command the boards of this harness, and their boots before power-up.
+pub const ACCESS: Access = Access { key: KEY, boots: 0 };
 
 /// The firmware library wired to a bench, with its telemetry queue and its end of the operator link.
 pub struct Software<'m> {
@@ -110,6 +112,8 @@ pub struct Software<'m> {
     station: Station,
     line: Line,
     queue: Queue<Record, 4>,
+    recorder: Recorder,
+    evidence: Box<Image>,
 }
 
 impl<'m> Software<'m> {
@@ -126,8 +130,16 @@ impl<'m> Software<'m> {
         let Kept { config, crc } = kept.into();
         let mut executive = Executive::new(bench::wire(bench), core);
         executive.configure(&config, crc, retained).map_err(RunError::Config)?;
-        let (station, line) = (Station::new(&config, ACCESS), Line::default());
-        Ok(Self { executive, station, line, queue: Queue::new() })
+        let mut evidence: Box<Image> = Box::new(bytemuck::zeroed());
+        let (recorder, _) = Recorder::new(&mut evidence, config.tick_hz);
+        let access = Access { boots: ACCESS.boots.wrapping_add(evidence.boots), ..ACCESS };
+        let (station, line) = (Station::new(&config, access), Line::default());
+        Ok(Self { executive, station, line, queue: Queue::new(), recorder, evidence })
+    }
+
+    /// What is kept of the run so far.
+    pub fn evidence(&self) -> &Image {
+        &self.evidence
     }
 
     /// What the configuration became, for comparison with another build.
@@ -144,7 +156,7 @@ impl Controller for Software<'_> {
             poke.apply(self.executive.memory().as_bytes_mut());
         }
         self.line.deliver(release.link());
-        self.station.serve(&mut self.line, &());
+        self.station.serve(&mut self.line, &*self.evidence);
         let (mut records, mut idle) = self.queue.split();
         let served = self.station.served();
         let input = TickInput {
@@ -156,6 +168,7 @@ impl Controller for Software<'_> {
         };
         self.executive.tick(&input, &mut records);
         let record = idle.dequeue().unwrap_or_default();
+        self.recorder.note(&mut self.evidence, &record);
         self.station.taken(record.refusal);
         self.station.note(&record);
         Ok(record)
@@ -196,5 +209,7 @@ pub fn run(scenario: &Scenario, options: Options<'_>) -> Result<Outcome, RunErro
             (options.progress)(done, planned);
         }
     }
-    Ok(session.outcome(started.elapsed().as_secs_f64()))
+    let mut outcome = session.outcome(started.elapsed().as_secs_f64());
+    outcome.keep_evidence(controller.evidence());
+    Ok(outcome)
 }

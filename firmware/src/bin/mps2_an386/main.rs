@@ -5,24 +5,26 @@
 #![no_main]
 #![allow(unsafe_code, reason = "board file")]
 
+mod crash;
 mod defect;
 mod link;
 mod stack;
 
-use core::arch::naked_asm;
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
 
-use cortex_m::peripheral::{SCB, SYST};
+use cortex_m::peripheral::SYST;
 use cortex_m_rt::{entry, exception};
 use firmware::config::Config;
 use firmware::controller::Core;
+use firmware::evidence::Recorder;
 use firmware::executive::{Executive, RecordSink, Retained, TickInput};
 use firmware::io::{Inputs, Io, Outputs};
 use firmware::link::{Access, Station};
 use heapless::Deque;
 use link::{Level, Line, Serial, Tunnel};
 use shared::arm::JOINTS;
+use shared::evidence::Image;
 use shared::link::DEFAULT_KEY;
 use shared::pil::{self, Release};
 use shared::telemetry::Record;
@@ -96,17 +98,24 @@ fn main() -> ! {
     let mut kept = [0_u32; 2 + JOINTS];
     link::receive(bytemuck::bytes_of_mut(&mut kept));
     let [crc, parked @ .., boots] = kept;
-    let mut access = Access { key: DEFAULT_KEY, boots };
-    link::receive(&mut access.key);
+    let mut key = DEFAULT_KEY;
+    link::receive(&mut key);
     defect::before_configuration(config);
     let crc = defect::in_coefficients(config, crc);
+    // SAFETY: the only reference to it; a hard fault, which writes it too, does not come back.
+    let evidence = unsafe { crash::evidence() };
+    let (mut recorder, Retained { parked: kept, crash }) = Recorder::new(evidence, config.tick_hz);
+    // What the harness gives stands for a memory that outlives the loss of power.
+    let retained = Retained { parked: kept.or(Some(parked)), crash };
     let controller = controller.write(Executive::new(wire(), core));
-    if controller.configure(config, crc, Retained { parked: Some(parked) }).is_ok() {
+    if controller.configure(config, crc, retained).is_ok() {
+        // Those before power-up are the harness's to know.
+        let access = Access { key, boots: boots.wrapping_add(evidence.boots) };
         // SAFETY: SysTick is not running yet.
         unsafe { (*STATION.0.get()).write(Station::new(config, access)) };
         link::send_coefficients(controller.parameter_bytes());
         defect::in_law(controller, config);
-        serve(None);
+        serve(None, evidence);
         start_ticking(config.tick_hz);
     } else {
         link::send_refusal();
@@ -117,8 +126,9 @@ fn main() -> ! {
         let record = cortex_m::interrupt::free(|_| unsafe { &mut *RECORDS.0.get() }.pop_front());
         match record {
             Some(record) => {
+                recorder.note(evidence, &record);
                 link::send_record(&record);
-                serve(Some(&record));
+                serve(Some(&record), evidence);
             }
             None => cortex_m::asm::wfi(),
         }
@@ -127,7 +137,7 @@ fn main() -> ! {
 
 /// Between two ticks: what the last one left, and what the operator wants of the next.
 #[inline(never)]
-fn serve(record: Option<&Record>) {
+fn serve(record: Option<&Record>, evidence: &Image) {
     // SAFETY: the station was written before; these are idle's until it releases the tick below.
     let (station, serial, release) = unsafe {
         ((*STATION.0.get()).assume_init_mut(), &mut *SERIAL.0.get(), &mut *RELEASE.0.get())
@@ -137,7 +147,7 @@ fn serve(record: Option<&Record>) {
     }
     link::await_release(release);
     serial.receive(release);
-    station.serve(serial, &());
+    station.serve(serial, evidence);
     // SAFETY: SysTick, the only other user, is masked.
     cortex_m::interrupt::free(|_| unsafe { *RELEASED.0.get() = true });
 }
@@ -215,22 +225,6 @@ fn SysTick() {
 fn tick(controller: &mut Controller, input: &TickInput<'_>) {
     controller.tick(input, &mut Records);
     defect::in_tick();
-}
-
-/// After an overflow the stack pointer is outside RAM, so the stack is emptied first.
-///
-/// # Safety
-/// For the vector table only.
-#[unsafe(naked)]
-// SAFETY: `cortex-m-rt` provides the symbol weakly, to be defined with this signature.
-#[unsafe(no_mangle)]
-unsafe extern "C" fn HardFault() -> ! {
-    naked_asm!("ldr r0, =_stack_start", "msr msp, r0", "b {report}", report = sym report_fault)
-}
-
-extern "C" fn report_fault() -> ! {
-    // SAFETY: a register that may be read at any time.
-    link::report_fault(unsafe { (*SCB::PTR).cfsr.read() })
 }
 
 /// Linking fails if any panic is reachable: nothing defines this symbol.

@@ -1,0 +1,7 @@
+//! The documents say what the code does.
+
+mod faults;
+mod markdown;
+mod supervisor;
+mod thresholds;
+mod values;
