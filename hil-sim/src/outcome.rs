@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 use shared::arm::JOINTS;
+use shared::evidence::Image;
 use shared::telemetry::Record;
 
 use crate::session::Happening;
@@ -113,12 +114,21 @@ pub struct Outcome {
     /// One row a tick of the trajectory; empty unless the run was asked to keep them.
     #[serde(skip)]
     pub rows: Vec<TickRow>,
+    /// What the controller kept of a run that ended in a fault.
+    #[serde(skip)]
+    pub evidence: Option<Box<Image>>,
 }
 
 impl Outcome {
     /// Whether the run ended without a fault, or in the one that it had to end in, and within its limits.
     pub fn is_good(&self) -> bool {
         self.faults.iter().eq(&self.expected) && self.broken_limits.is_empty()
+    }
+
+    /// Takes what the controller kept, if there was anything to keep it for.
+    pub fn keep_evidence(&mut self, image: &Image) {
+        let told = image.frozen != 0 || image.error_count > 0;
+        self.evidence = told.then(|| Box::new(*image));
     }
 
     /// How tables and legends call this run's controller.

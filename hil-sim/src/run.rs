@@ -7,10 +7,12 @@ use std::time::Instant;
 
 use firmware::config::{ArmModel, Config, ConfigError, Law as FirmwareLaw};
 use firmware::controller::Core;
+use firmware::evidence::Recorder;
 use firmware::executive::{Executive, Retained, TickInput};
 use firmware::planner::Planner;
 use heapless::spsc::Queue;
 use shared::arm::{Arm, JOINTS, REFERENCE};
+use shared::evidence::Image;
 use shared::pil::Release;
 use shared::telemetry::Record;
 use shared::wire::biss_c::LATCH_DELAY_S;
@@ -106,6 +108,8 @@ pub struct Software<'m> {
     planner: Planner,
     queue: Queue<Record, 4>,
     last: Record,
+    recorder: Recorder,
+    evidence: Box<Image>,
 }
 
 impl<'m> Software<'m> {
@@ -122,8 +126,15 @@ impl<'m> Software<'m> {
         let Kept { config, crc } = kept.into();
         let mut executive = Executive::new(bench::wire(bench), core);
         executive.configure(&config, crc, retained).map_err(RunError::Config)?;
+        let mut evidence: Box<Image> = Box::new(bytemuck::zeroed());
+        let (recorder, _) = Recorder::new(&mut evidence, config.tick_hz);
         let (planner, last) = (Planner::new(&config), Record::default());
-        Ok(Self { executive, planner, queue: Queue::new(), last })
+        Ok(Self { executive, planner, queue: Queue::new(), last, recorder, evidence })
+    }
+
+    /// What is kept of the run so far.
+    pub fn evidence(&self) -> &Image {
+        &self.evidence
     }
 
     /// What the configuration became, for comparison with another build.
@@ -150,7 +161,10 @@ impl Controller for Software<'_> {
             conversions: release.conversions,
         };
         self.executive.tick(&input, &mut records);
-        self.last = idle.dequeue().unwrap_or_default();
+        if let Some(record) = idle.dequeue() {
+            self.recorder.note(&mut self.evidence, &record);
+            self.last = record;
+        }
         Ok(self.last)
     }
 }
@@ -185,5 +199,7 @@ pub fn run(scenario: &Scenario, options: Options<'_>) -> Result<Outcome, RunErro
             (options.progress)(done, planned);
         }
     }
-    Ok(session.outcome(started.elapsed().as_secs_f64()))
+    let mut outcome = session.outcome(started.elapsed().as_secs_f64());
+    outcome.keep_evidence(controller.evidence());
+    Ok(outcome)
 }

@@ -130,6 +130,45 @@ fn run_writes_its_folder_and_no_output_writes_nothing() {
 }
 
 #[test]
+fn a_fault_leaves_its_evidence_beside_the_log() {
+    let folder = folder();
+    let answer = hil_sim(folder.path(), &["run", "stuck-encoder", "--out", "stop"]);
+    assert_eq!(answer.code, Some(0), "{}{}", answer.out, answer.err);
+    assert!(answer.out.contains("Evidence: stop/evidence.csv"), "{}", answer.out);
+    let out = folder.path().join("stop");
+    let files = ["evidence.csv", "evidence.json", "log.csv", "report.html", "summary.json"];
+    assert_eq!(names_in(&out), files);
+    let text = fs::read_to_string(out.join("evidence.json")).expect("errors");
+    let summary: Value = serde_json::from_str(&text).expect("JSON");
+    let error = &summary["errors"][0];
+    assert_eq!((&error["fault"], &error["joints"]), (&"EncoderStuck".into(), &[3].into()));
+    assert_eq!(error["tick"], summary["trigger_tick"]);
+    // The ring at full rate is the log's last 64 rows up to the trigger.
+    let [evidence, log] = ["evidence.csv", "log.csv"].map(|name| {
+        let mut reader = csv::Reader::from_path(out.join(name)).expect("a table");
+        let place = |column: &str| {
+            reader.headers().expect("a header").iter().position(|h| h == column).expect("a column")
+        };
+        let places = ["tick", "mode", "encoder4_count"].map(place);
+        let rows = reader.records().map(|row| row.expect("a row"));
+        rows.map(|row| {
+            let ring = row[0].to_owned();
+            (ring, places.map(|at| row[at].parse::<f64>().expect("a number")))
+        })
+        .collect::<Vec<_>>()
+    });
+    let full: Vec<_> = evidence.iter().filter(|row| row.0 == "full").map(|row| row.1).collect();
+    let trigger = error["tick"].as_f64().expect("a tick");
+    let judged: Vec<_> = log.iter().map(|row| row.1).filter(|row| row[0] < trigger).collect();
+    assert_eq!((full.len(), full[63][0]), (64, trigger));
+    assert_eq!(full[..63], judged[judged.len() - 63..]);
+    // 2 s at 50 Hz, the last of them from the time of the stop.
+    let thin: Vec<_> = evidence.iter().filter(|row| row.0 == "thin").map(|row| row.1[0]).collect();
+    assert_eq!((thin.len(), thin[99] - thin[0]), (100, 99.0 * 40.0));
+    assert!(thin[99] > trigger);
+}
+
+#[test]
 fn a_broken_limit_is_named_and_ends_with_1() {
     let folder = folder_with_short("1e-9");
     let answer = hil_sim(folder.path(), &["run", "short.toml", "--no-output"]);

@@ -48,6 +48,7 @@ fn run(law: Law, adaptation: Adaptation, error: f64, tick_hz: u32) -> Outcome {
         happenings: Vec::new(),
         torque_limit: REFERENCE.limits.map(|limit| limit.tau_max),
         rows: rows.collect(),
+        evidence: None,
     }
 }
 

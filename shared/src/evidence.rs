@@ -6,6 +6,7 @@
 use bytemuck::{Pod, Zeroable};
 
 use crate::arm::JOINTS;
+use crate::fault::Fault;
 use crate::telemetry::Record;
 
 /// Ticks kept at full rate.
@@ -19,7 +20,7 @@ pub const ERRORS: usize = 16;
 /// Size of a chunk.
 pub const CHUNK_BYTES: usize = 36;
 /// Marks an image that somebody wrote; its last byte is the layout's version.
-pub const MAGIC: u32 = u32::from_be_bytes(*b"EVI\x01");
+pub const MAGIC: u32 = u32::from_be_bytes(*b"EVI\x02");
 
 /// One tick, made small.
 #[repr(C)]
@@ -114,6 +115,10 @@ pub struct Image {
     pub thin_count: u32,
     /// Errors seen so far; the first [`ERRORS`] are kept.
     pub error_count: u32,
+    /// Encoder codes of the pose in which the brakes last took over, see [`Self::parked_pose`].
+    pub parked: [u32; JOINTS],
+    /// The complement of each of them: a pose that was only half written is none.
+    pub parked_check: [u32; JOINTS],
     /// See [`ErrorEntry`].
     pub errors: [ErrorEntry; ERRORS],
     /// Full-rate ring.
@@ -130,6 +135,30 @@ const _: () = assert!(size_of::<Image>() <= IMAGE_MAX_BYTES);
 pub const CHUNKS: usize = size_of::<Image>().div_ceil(CHUNK_BYTES);
 
 impl Image {
+    /// Whether somebody wrote this, or it is what RAM holds at power-up. A check sum over counts that change with
+    /// every tick would not fit them where a crash comes between the two, so magic and ranges have to do: chance
+    /// gets them right once in 2^170.
+    pub fn is_valid(&self) -> bool {
+        let counts = [
+            (self.frozen, 2),
+            (self.closed, 2),
+            (self.full_count, 2 * FULL_ENTRIES as u32),
+            (self.thin_count, 2 * THIN_ENTRIES as u32),
+        ];
+        self.magic == MAGIC && counts.iter().all(|(count, end)| count < end)
+    }
+
+    /// Fault of the exception that ended the last run, if one did.
+    pub fn crash_fault(&self) -> Option<Fault> {
+        [Fault::HardFault, Fault::StackOverflow].into_iter().find(|f| *f as u32 == self.crash)
+    }
+
+    /// Encoder codes of the pose in which the brakes last took over, if one was written whole.
+    pub fn parked_pose(&self) -> Option<[u32; JOINTS]> {
+        let mut pairs = self.parked.iter().zip(&self.parked_check);
+        pairs.all(|(code, check)| *code == !*check).then_some(self.parked)
+    }
+
     /// A piece of the image; `None` past its end.
     pub fn chunk(&self, index: usize) -> Option<[u8; CHUNK_BYTES]> {
         let bytes = bytemuck::bytes_of(self);

@@ -68,11 +68,13 @@ codes! {
         TrackingError = 308,
         /// A joint came too near to its end stop.
         PositionLimit = 309,
+        /// A joint swings about its set-point.
+        Oscillation = 310,
         /// Ticks came too late.
         TickLate = 401,
         /// Ticks took longer than their budget.
         TickOverBudget = 402,
-        /// An estimate was not a finite number.
+        /// An estimate was no number, or not what its sensor says; it was replaced.
         NotFinite = 501,
         /// The distance to the set-point is beyond anything that control can cause.
         ErrorWindow = 502,

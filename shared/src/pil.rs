@@ -23,10 +23,11 @@ pub const TAG_COEFFICIENTS: u8 = 4;
 /// Instead of coefficients: the configuration was refused.
 pub const TAG_REFUSED: u8 = 5;
 
-/// Answer to [`QUIT`], the board's last message: tag, high-water mark of its stack as `u16` bytes.
+/// Answer to [`QUIT`], the board's last message: tag, high-water mark of its stack as `u16` bytes, then its
+/// [`crate::evidence::Image`].
 pub const TAG_STACK: u8 = 6;
-/// At any time, the board's last message: it took a hard fault; tag, fault status register (Armv7-M ARM B3.2.15,
-/// CFSR) as `u32`.
+/// At any time, the board's last message before it resets itself and waits for its configuration: it took a hard
+/// fault; tag, fault status register (Armv7-M ARM B3.2.15, CFSR) as `u32`.
 pub const TAG_FAULT: u8 = 7;
 
 /// Longest transfer, bytes.
@@ -51,6 +52,21 @@ pub const PIN_DAC_RESET: u8 = 10;
 pub const PIN_ADC_RESET: u8 = 11;
 /// Watchdog feed.
 pub const PIN_WATCHDOG: u8 = 12;
+
+/// All that a hard fault has to say of the pins: STO, drive enables and brake releases are low.
+pub const ALL_OFF: [u8; 3 * (1 + 2 * JOINTS)] = {
+    let mut messages = [0; 3 * (1 + 2 * JOINTS)];
+    let mut i = 0;
+    while i < 1 + 2 * JOINTS {
+        // STO stands between drive enables and brake releases, and goes first.
+        let pin =
+            if i == 0 { PIN_STO } else { PIN_DRIVE_ENABLE + i as u8 - 1 + (i > JOINTS) as u8 };
+        messages[3 * i] = TAG_PIN;
+        messages[3 * i + 1] = pin;
+        i += 1;
+    }
+    messages
+};
 
 /// Size of a release.
 pub const RELEASE_BYTES: usize = 4 + 4 * 3 + POKES * POKE_BYTES + COMMAND_BYTES;

@@ -99,7 +99,8 @@ impl Rig {
         let bench = Rc::new(RefCell::new(Bench::new(&arm, skew_s, 1)));
         let (io, devices, pins) = tap(&bench);
         let mut controller = Executive::new(io, Box::leak(Box::default()));
-        let retained = Retained { parked: Some(std::array::from_fn(|j| code(&arm, j))) };
+        let retained =
+            Retained { parked: Some(std::array::from_fn(|j| code(&arm, j))), crash: None };
         controller.configure(config, config.crc(), retained).expect("a configuration in range");
         Self {
             plant: Plant::at_rest(&arm, Q0, Disturbance::new(FRICTION, Ratios::Fixed(RATIOS)), 1),

@@ -58,6 +58,16 @@ impl Scale {
     }
 }
 
+impl Scale {
+    /// Word steps a tick at this velocity, rad/s or m/s.
+    pub fn words(&self, velocity: f32) -> f32 {
+        velocity / self.rate
+    }
+}
+
+/// More than the observer ever lies behind the codes, word steps: at 0.6 rad/s a joint passes 3200 counts a tick.
+const FILTERED: u32 = 8_192 << FRACTION_BITS;
+
 /// State of one joint's observer.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -98,6 +108,13 @@ impl Observer {
         let way = self.velocity * ticks;
         let half = if way < 0.0 { -0.5 } else { 0.5 };
         self.position = self.position.wrapping_add_signed((way + half) as i32);
+    }
+
+    /// Whether this can be an estimate of what `codes` say: the two differ by filtering only.
+    pub fn is_of(&self, codes: &Self) -> bool {
+        let distance = self.position.wrapping_sub(codes.position) as i32;
+        distance.unsigned_abs() < FILTERED
+            && (self.velocity - codes.velocity).abs() < FILTERED as f32
     }
 
     /// Velocity, rad/s or m/s.

@@ -2,7 +2,7 @@
 //!
 //! The tick compares the coefficients with their shadow word by word before it uses them. Where they differ,
 //! a CRC-32 says which copy is right; that takes up to two ticks, in which the drives keep their torque.
-//! The thresholds are compared a word a tick, and summed up over some ticks where they differ.
+//! The thresholds are compared two words a tick, and summed up over some ticks where they differ.
 
 mod places;
 
@@ -194,11 +194,12 @@ impl Memory {
     }
 }
 
-/// Compares the two copies of the thresholds, a word a tick: at 1 kHz a round takes less than 100 ms. Where they
+/// Compares the two copies of the thresholds, two words a tick: at 1 kHz a round takes less than 100 ms. Where they
 /// differ, the live one is summed up piece by piece to see which is right.
 #[derive(Clone, Copy, Debug)]
 pub struct Scrub {
-    word: usize,
+    /// Two words.
+    pair: usize,
     /// Bytes of the live copy that a trial has summed up, and their CRC so far; none is under way at 0.
     summed: usize,
     crc: u32,
@@ -206,23 +207,23 @@ pub struct Scrub {
     last: bool,
 }
 
-const WORDS: usize = size_of::<Thresholds>() / 4;
-const _: () = assert!(WORDS < 99, "a round must end within 100 ms at 1 kHz");
+const PAIRS: usize = size_of::<Thresholds>() / 8;
+const _: () = assert!(PAIRS < 99, "a round must end within 100 ms at 1 kHz");
 /// Bytes summed up in a tick.
 const PIECE: usize = 16;
 
 impl Scrub {
     /// At the start of a round.
-    pub const NONE: Self = Self { word: 0, summed: 0, crc: 0, last: false };
+    pub const NONE: Self = Self { pair: 0, summed: 0, crc: 0, last: false };
 
-    /// One word on; what is known of the two copies.
+    /// Two words on; what is known of the two copies.
     #[inline(always)]
     pub fn step(&mut self, memory: &mut Memory) -> Health {
-        let live: &[u32; WORDS] = bytemuck::cast_ref(&memory.thresholds);
-        let shadow: &[u32; WORDS] = bytemuck::cast_ref(&memory.shadow_thresholds);
-        let word = self.word;
-        self.word = if word + 1 < WORDS { word + 1 } else { 0 };
-        if live.get(word) == shadow.get(word) && self.summed == 0 {
+        let live: &[[u32; 2]; PAIRS] = bytemuck::cast_ref(&memory.thresholds);
+        let shadow: &[[u32; 2]; PAIRS] = bytemuck::cast_ref(&memory.shadow_thresholds);
+        let pair = self.pair;
+        self.pair = if pair + 1 < PAIRS { pair + 1 } else { 0 };
+        if live.get(pair) == shadow.get(pair) && self.summed == 0 {
             Health::Good
         } else {
             self.judge(memory)

@@ -3,9 +3,9 @@
 use miette::IntoDiagnostic;
 
 use super::progress::Progress;
-use super::run::{overridden, print_outcome};
+use super::run::{default_folder, overridden, print_outcome};
 use crate::cli::PilArgs;
-use crate::pil;
+use crate::{pil, report};
 
 /// Runs the comparison; `false` where the builds differ or the run is not good.
 pub fn pil(args: &PilArgs) -> miette::Result<bool> {
@@ -19,6 +19,13 @@ pub fn pil(args: &PilArgs) -> miette::Result<bool> {
     match &verdict.difference {
         None => println!("  bit for bit as in software, {} ticks", verdict.outcome.ticks),
         Some(difference) => println!("DIFFERENCE at {difference}"),
+    }
+    if !args.no_output {
+        let folder = args.out.clone().unwrap_or_else(|| default_folder(&scenario));
+        let evidence = report::write_evidence(&folder, &verdict.outcome).into_diagnostic()?;
+        if let Some(path) = evidence {
+            println!("Evidence: {}", path.display());
+        }
     }
     Ok(verdict.difference.is_none() && verdict.outcome.is_good())
 }

@@ -49,6 +49,9 @@ pub fn run(args: &RunArgs) -> miette::Result<bool> {
         let page = report::write(&folder, std::slice::from_ref(&outcome)).into_diagnostic()?;
         if !args.json {
             println!("Report: {}", page.display());
+            if outcome.evidence.is_some() {
+                println!("Evidence: {}", folder.join("evidence.csv").display());
+            }
         }
     }
     Ok(outcome.is_good())
@@ -71,7 +74,8 @@ fn one(scenario: &Scenario, keep_rows: bool) -> miette::Result<Outcome> {
     run::run(scenario, options).into_diagnostic()
 }
 
-fn default_folder(scenario: &Scenario) -> PathBuf {
+/// Where a run's files go unless told otherwise.
+pub fn default_folder(scenario: &Scenario) -> PathBuf {
     Path::new("out").join(&scenario.name)
 }
 

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use shared::evidence::Image;
 use shared::telemetry::Record;
 
 use crate::bench::Event;
@@ -9,7 +10,7 @@ use crate::bench::Event;
 /// A difference, by tick, place and field.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Difference {
-    /// Tick since reset; `None` before the first one.
+    /// Tick since reset; `None` outside the ticks.
     pub tick: Option<u64>,
     /// Device, pin or record field.
     pub place: String,
@@ -23,7 +24,7 @@ impl fmt::Display for Difference {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.tick {
             Some(tick) => write!(f, "tick {tick}, ")?,
-            None => write!(f, "before the first tick, ")?,
+            None => write!(f, "outside the ticks, ")?,
         }
         write!(f, "{}: board {}, software {}", self.place, self.board, self.software)
     }
@@ -41,10 +42,23 @@ pub fn coefficients(board: &[u8], software: &[u8]) -> Option<Difference> {
             software.len().to_string(),
         );
     }
-    let words = board.chunks_exact(4).zip(software.chunks_exact(4)).enumerate();
-    words
-        .filter(|(_, (a, b))| a != b)
-        .find_map(|(i, (a, b))| differ(format!("coefficient word {i}"), hex(a), hex(b)))
+    words("coefficient", board, software)
+}
+
+/// Compares what both kept of the run.
+pub fn evidence(board: &Image, software: &Image) -> Option<Difference> {
+    words("evidence", bytemuck::bytes_of(board), bytemuck::bytes_of(software))
+}
+
+/// The first word that differs.
+fn words(of: &str, board: &[u8], software: &[u8]) -> Option<Difference> {
+    let mut pairs = board.chunks_exact(4).zip(software.chunks_exact(4)).enumerate();
+    pairs.find(|(_, (a, b))| a != b).map(|(i, (a, b))| Difference {
+        tick: None,
+        place: format!("{of} word {i}"),
+        board: hex(a),
+        software: hex(b),
+    })
 }
 
 /// Compares one tick: bus and pins in their order, then the record field by field.

@@ -11,6 +11,7 @@ use std::time::Duration;
 use firmware::executive::Retained;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{CWD, Mode, mkfifoat};
+use shared::evidence::Image;
 use shared::pil::{self, Release, TRANSFER_MAX};
 use shared::telemetry::{RECORD_BYTES, Record};
 use tempfile::TempDir;
@@ -65,12 +66,23 @@ pub enum EmulatorError {
     Refused,
 }
 
+/// What the board leaves behind.
+#[derive(Clone, Debug)]
+pub struct End {
+    /// High-water mark of its stack, bytes.
+    pub stack_bytes: u16,
+    /// What it kept.
+    pub evidence: Box<Image>,
+}
+
 /// A running emulator; dropping it ends the process.
 pub struct Emulator {
     child: Child,
     to_board: File,
     to_harness: Buffered,
     bench: Rc<RefCell<Bench>>,
+    /// What the board is handed at each boot: configuration, its check sum, parked pose.
+    introduction: Vec<u8>,
     coefficients: Vec<u8>,
     /// Holds the FIFOs; removed at the end.
     _folder: TempDir,
@@ -101,6 +113,19 @@ impl Emulator {
         bench: Rc<RefCell<Bench>>,
         arguments: &[String],
     ) -> Result<Self, EmulatorError> {
+        let mut emulator = Self::spawn(image, kept.into(), retained, bench, arguments)?;
+        emulator.introduce()?;
+        Ok(emulator)
+    }
+
+    /// Starts the process; the board has not been handed anything.
+    pub(super) fn spawn(
+        image: &Path,
+        Kept { config, crc }: Kept,
+        retained: Retained,
+        bench: Rc<RefCell<Bench>>,
+        arguments: &[String],
+    ) -> Result<Self, EmulatorError> {
         let image = image
             .canonicalize()
             .map_err(|_| EmulatorError::NoImage { path: image.display().to_string() })?;
@@ -115,22 +140,42 @@ impl Emulator {
         let (to_board, to_harness) = (open(&to_board)?, open(&to_harness)?);
         let child =
             command(&image, folder.path(), arguments).spawn().map_err(EmulatorError::Start)?;
-        let mut emulator = Self {
+        let mut introduction = bytemuck::bytes_of(&config).to_vec();
+        introduction.extend(crc.to_le_bytes());
+        introduction
+            .extend(retained.parked.unwrap_or_default().map(u32::to_le_bytes).as_flattened());
+        Ok(Self {
             child,
             to_board,
             to_harness: Buffered::new(to_harness),
             bench,
+            introduction,
             coefficients: Vec::new(),
             _folder: folder,
-        };
-        let Kept { config, crc } = kept.into();
-        emulator.to_board.write_all(bytemuck::bytes_of(&config))?;
-        emulator.to_board.write_all(&crc.to_le_bytes())?;
-        for code in retained.parked.unwrap_or_default() {
-            emulator.to_board.write_all(&code.to_le_bytes())?;
+        })
+    }
+
+    /// Hands the board its configuration, after power-up or after it has reset itself.
+    ///
+    /// # Errors
+    /// [`EmulatorError`] where it does not come up.
+    pub fn introduce(&mut self) -> Result<(), EmulatorError> {
+        self.forget_unread()?;
+        self.to_board.write_all(&self.introduction)?;
+        self.coefficients = self.greet()?;
+        Ok(())
+    }
+
+    /// Takes back what the board has not read: meant for one that is gone.
+    fn forget_unread(&mut self) -> Result<(), EmulatorError> {
+        let mut unread = [0; 256];
+        while poll(&mut [PollFd::new(&self.to_board, PollFlags::IN)], Some(&Timespec::default()))
+            .map_err(io::Error::from)?
+            > 0
+        {
+            let _ = self.to_board.read(&mut unread)?;
         }
-        emulator.coefficients = emulator.greet()?;
-        Ok(emulator)
+        Ok(())
     }
 
     /// What the configuration became on the board.
@@ -143,20 +188,21 @@ impl Emulator {
         self.child.id()
     }
 
-    /// Ends the emulation in order, so that what the emulator writes at its end is written. Gives the high-water
-    /// mark of the board's stack, bytes.
+    /// Ends the emulation in order, so that what the emulator writes at its end is written.
     ///
     /// # Errors
     /// Where it cannot be told or does not end.
-    pub fn stop(mut self) -> Result<u16, EmulatorError> {
+    pub fn stop(mut self) -> Result<End, EmulatorError> {
         self.to_board.write_all(&pil::QUIT)?;
-        let used_bytes = match self.byte()? {
+        let stack_bytes = match self.byte()? {
             pil::TAG_STACK => u16::from_le_bytes([self.byte()?, self.byte()?]),
             tag => return Err(self.unexpected(tag)),
         };
+        let mut evidence: Box<Image> = Box::new(bytemuck::zeroed());
+        self.fill(bytemuck::bytes_of_mut(&mut *evidence))?;
         for _ in 0..PATIENCE_POLLS {
             if self.child.try_wait()?.is_some() {
-                return Ok(used_bytes);
+                return Ok(End { stack_bytes, evidence });
             }
             std::thread::sleep(Duration::from_millis(100));
         }

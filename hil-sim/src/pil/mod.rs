@@ -12,7 +12,7 @@ use shared::telemetry::Record;
 use thiserror::Error;
 
 pub use compare::Difference;
-pub use emulator::{Emulator, EmulatorError};
+pub use emulator::{Emulator, EmulatorError, End};
 
 use crate::outcome::Outcome;
 use crate::run::{RunError, Software, kept_of};
@@ -70,8 +70,11 @@ pub fn run(
         difference = compare::tick(done - 1, &traffic, &on_board, &on_host);
         progress(done, planned);
     }
-    let outcome = board_side.outcome(started.elapsed().as_secs_f64());
-    Ok(Verdict { outcome, difference, stack_bytes: board.stop()? })
+    let mut outcome = board_side.outcome(started.elapsed().as_secs_f64());
+    let End { stack_bytes, evidence } = board.stop()?;
+    let difference = difference.or_else(|| compare::evidence(&evidence, software.evidence()));
+    outcome.keep_evidence(&evidence);
+    Ok(Verdict { outcome, difference, stack_bytes })
 }
 
 impl Controller for Emulator {

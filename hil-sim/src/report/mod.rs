@@ -1,7 +1,8 @@
-//! Run folder: summary.json, log.csv and report.html.
+//! Run folder: summary.json, log.csv and report.html; after a fault, evidence.csv and evidence.json.
 
 mod arm_view;
 mod axis;
+mod evidence;
 mod figures;
 mod log;
 mod page;
@@ -54,19 +55,42 @@ pub enum ReportError {
 /// Writes the run folder `dir` (made if missing) and returns the path of `report.html`.
 ///
 /// `summary.json` is one object for one run and an array for more. `log.csv` has a row a tick; with
-/// several runs each has its own `log-<law>-<adaptation>.csv`.
+/// several runs each has its own `log-<law>-<adaptation>.csv`, and so with what [`write_evidence`] writes.
 pub fn write(dir: &Path, outcomes: &[Outcome]) -> Result<PathBuf, ReportError> {
     check(outcomes)?;
     let html = page::render(outcomes)?;
     fs::create_dir_all(dir).map_err(at(dir))?;
     write_summary(&dir.join("summary.json"), outcomes)?;
     for outcome in outcomes {
-        let path = dir.join(log_name(outcome, outcomes.len()));
+        let path = dir.join(file_name("log", outcome, outcomes.len(), "csv"));
         log::write(&path, outcome).map_err(at(&path))?;
+        write_evidence_as(dir, outcome, outcomes.len())?;
     }
     let path = dir.join("report.html");
     fs::write(&path, html).map_err(at(&path))?;
     Ok(path)
+}
+
+/// Writes what the controller kept, if the run ended in a fault, into `dir` (made if missing): `evidence.csv` with
+/// the ticks, whose path it returns, and `evidence.json` with the errors.
+pub fn write_evidence(dir: &Path, outcome: &Outcome) -> Result<Option<PathBuf>, ReportError> {
+    if outcome.evidence.is_some() {
+        fs::create_dir_all(dir).map_err(at(dir))?;
+    }
+    write_evidence_as(dir, outcome, 1)
+}
+
+fn write_evidence_as(
+    dir: &Path,
+    outcome: &Outcome,
+    runs: usize,
+) -> Result<Option<PathBuf>, ReportError> {
+    let Some(image) = &outcome.evidence else { return Ok(None) };
+    let [ticks, errors] =
+        ["csv", "json"].map(|ending| dir.join(file_name("evidence", outcome, runs, ending)));
+    evidence::write_ticks(&ticks, image).map_err(at(&ticks))?;
+    evidence::write_summary(&errors, image).map_err(at(&errors))?;
+    Ok(Some(ticks))
 }
 
 fn check(outcomes: &[Outcome]) -> Result<(), ReportError> {
@@ -89,11 +113,12 @@ fn write_summary(path: &Path, outcomes: &[Outcome]) -> Result<(), ReportError> {
     .map_err(|error| at(path)(error.into()))
 }
 
-fn log_name(outcome: &Outcome, runs: usize) -> String {
+fn file_name(what: &str, outcome: &Outcome, runs: usize, ending: &str) -> String {
     if runs == 1 {
-        return "log.csv".into();
+        return format!("{what}.{ending}");
     }
-    format!("log-{}-{}.csv", value_name(outcome.law), value_name(outcome.adaptation))
+    let (law, adaptation) = (value_name(outcome.law), value_name(outcome.adaptation));
+    format!("{what}-{law}-{adaptation}.{ending}")
 }
 
 fn value_name(value: impl ValueEnum) -> String {

@@ -131,7 +131,7 @@ impl<'a> Session<'a> {
         let q0 = self.scenario.trajectory.q0;
         let code =
             |j: usize| ((q0[j] - self.arm.encoders[j].zero) / self.arm.encoders[j].lsb) as u32;
-        Retained { parked: Some(std::array::from_fn(code)) }
+        Retained { parked: Some(std::array::from_fn(code)), crash: None }
     }
 
     /// Periods done and periods after which the run ends in any case.

@@ -44,6 +44,7 @@ impl Session<'_> {
             happenings: self.happenings().to_vec(),
             torque_limit: self.arm.limits.map(|l| l.tau_max),
             rows: self.judge.into_rows(),
+            evidence: None,
         }
     }
 }

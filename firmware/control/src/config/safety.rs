@@ -55,6 +55,9 @@ pub struct Safety {
     /// A wrong torque is believed when the speed error exceeds this, rad/s and m/s: ten times the observer's
     /// noise at 26 bits, and reached within 2 ms by a limp joint.
     pub speed_error: [f32; JOINTS],
+    /// Speed error that counts as swinging when it comes back again and again, rad/s and m/s: three times the
+    /// observer's noise at 26 bits.
+    pub swing: [f32; JOINTS],
     /// A position error beyond this for [`Safety::tracking_s`] stops the arm: 3 mm at full reach with joint 2,
     /// 5 mm with joint 3. The worst that lasts as long in a shipped scenario is a PD's that picks up 300 kg
     /// unknown to its model: 6.3e-4 rad on joint 3, 7.8e-4 m on joint 4.
@@ -99,6 +102,7 @@ impl Safety {
         torque_warn: [150.0, 600.0, 350.0, 150.0],
         torque_wrong: [300.0, 1_200.0, 700.0, 300.0],
         speed_error: [3e-3, 3e-3, 3e-3, 6e-3],
+        swing: [1e-3, 1e-3, 1e-3, 2e-3],
         tracking: [4e-4, 4e-4, 1e-3, 2e-3],
         tracking_s: 0.050,
         error_window: [5e-3, 5e-3, 5e-3, 2e-2],
@@ -131,6 +135,7 @@ impl Safety {
         check.all("torque_warn", &self.torque_warn, 1.0, 1e6);
         check.all("torque_wrong", &self.torque_wrong, 1.0, 1e6);
         check.all("speed_error", &self.speed_error, 1e-4, 10.0);
+        check.all("swing", &self.swing, 1e-5, 10.0);
         check.all("tracking", &self.tracking, 1e-5, 1.0);
         check.one("tracking_s", 0, self.tracking_s, 0.005, 5.0);
         check.all("error_window", &self.error_window, 1e-4, 1.0);

@@ -2,7 +2,7 @@
 
 use shared::fault::{Fault, Limit};
 
-use super::{Core, TickInput, Trace, zero};
+use super::{BACKUP_TICKS, Core, TickInput, Trace, zero};
 use crate::JointVector;
 use crate::law::{self, State};
 use crate::math::clamp_symmetric;
@@ -35,6 +35,8 @@ impl Control {
     }
 }
 
+/// Ticks after a speed error in which the load may still differ from what the law expects.
+const DRIVEN_TICKS: u8 = 40;
 /// Ticks after a torque at its limit in which joints do not follow the law's acceleration.
 const LOOSE_TICKS: u8 = 4;
 
@@ -60,6 +62,7 @@ impl Core {
     #[inline(never)]
     fn aim(&mut self) {
         self.trace.adapts = self.mode.adapts();
+        self.trace.isolated = self.mode.isolated();
         let set_point = self.mode.set_point(&self.memory.thresholds.timing);
         self.trace.in_control = set_point.is_some();
         if let Some(set_point) = set_point {
@@ -70,22 +73,28 @@ impl Core {
     /// The law at the measured state, limited to what the drives may give.
     #[inline(always)]
     fn follow(&mut self) -> Control {
-        let state = self.state();
-        let c = &self.memory.coefficients;
+        let mut state = self.state();
+        // Infinity and NaN stay what they are when multiplied by zero.
+        let finite = state.e1_dot.sum() * 0.0 == 0.0;
+        let far = self.motions.is_far(&self.memory.thresholds.motion, &state.e1);
+        if (far | !finite) && self.stray() {
+            return Control { torque: self.trace.written, ..Control::none() };
+        }
         let limits = &self.memory.thresholds.motion;
+        let c = &self.memory.coefficients;
         let observers = &self.memory.estimates.observers;
-        self.motions.judge_error(limits, state.e1, self.mode.isolated(), &mut self.findings);
-        self.motions.judge_motion(limits, observers, &c.scales, &mut self.findings);
-
+        if self.motions.judge(limits, observers, &c.scales, &state.e1_dot, &mut self.findings) {
+            self.trace.loose = DRIVEN_TICKS;
+        }
+        if (self.trace.isolated != 0) | self.trace.soft {
+            state = self.ease(state);
+        }
         let d_hat = self.memory.estimates.d_hat;
         let wanted = law::evaluate(&c.law, &c.dynamics, &state, &d_hat);
         let mut torque = wanted.torque.zip_map(&c.tau_max, clamp_symmetric);
         let saturated = wanted.torque.zip_map(&torque, |w, t| if w == t { 0.0 } else { 1.0 });
-        let fault = self.findings.worst.fault;
-        // Infinity and NaN stay what they are when multiplied by zero.
-        let finite = wanted.torque.sum() * 0.0 == 0.0;
-        if !finite || (fault != self.judged && fault == Fault::ErrorWindow) {
-            torque = self.distrust(finite);
+        if wanted.torque.sum() * 0.0 != 0.0 {
+            torque = self.distrust();
         } else if self.trace.adapts & !self.spoilt {
             // A joint at its torque limit learns nothing: its error is not the disturbance's.
             let step =
@@ -120,12 +129,13 @@ impl Core {
         let trace = &mut self.trace;
         trace.wanted[self.turn & 1] = acceleration.component_mul(&JointVector::from(*per));
         trace.speed_error = *e1_dot;
-        // One joint a tick: it is wanted only after an estimate was no number.
-        let j = (self.tick & 3) as usize;
-        trace.d_hat[j] = self.memory.estimates.d_hat[j];
+        if self.tick & (BACKUP_TICKS - 1) == 0 {
+            trace.d_old = trace.d_mid;
+            trace.d_mid = self.memory.estimates.d_hat;
+        }
         if saturated != 0 {
             self.findings.limit(Limit::Torque);
-            trace.loose = LOOSE_TICKS;
+            trace.loose = if trace.loose > LOOSE_TICKS { trace.loose } else { LOOSE_TICKS };
         } else if trace.loose != 0 {
             trace.loose -= 1;
         }
@@ -147,23 +157,67 @@ impl Core {
         Control { qd, ..Control::none() }
     }
 
-    /// Estimates that are no numbers, or further from the set-point than anything explains, start anew from the
-    /// encoders. Gives the torque to go on with in this tick: that of the last one.
+    /// Looks into estimates that are far from the set-point or no numbers; whether this tick has to do without the
+    /// law.
     #[cold]
     #[inline(never)]
-    fn distrust(&mut self, finite: bool) -> JointVector {
-        let estimates = &mut self.memory.estimates;
-        for (observer, track) in estimates.observers.iter_mut().zip(&self.tracks) {
-            *observer = track.observer();
-        }
-        if !finite {
-            if !estimates.d_hat.iter().all(|d| d.is_finite()) {
-                estimates.d_hat = self.trace.d_hat;
-            }
+    fn stray(&mut self) -> bool {
+        let damaged = self.mend();
+        if damaged != 0 {
+            self.findings.raise(Finding { fault: Fault::NotFinite, joints: damaged });
             self.spoilt = true;
-            self.findings.raise(Finding::new(Fault::NotFinite));
+            return true;
         }
+        let (observers, scales) =
+            (&self.memory.estimates.observers, &self.memory.coefficients.scales);
+        let mut e1 = zero();
+        let pairs = observers.iter().zip(&self.trace.aim.position).zip(scales);
+        for (slot, ((observer, aim), scale)) in e1.iter_mut().zip(pairs) {
+            *slot = observer.position.wrapping_sub(*aim) as i32 as f32 * scale.step;
+        }
+        let limits = &self.memory.thresholds.motion;
+        self.motions.judge_error(limits, &e1, self.trace.isolated, &mut self.findings)
+    }
+
+    /// Estimates that are no numbers, or not what the codes say that they are made of, start anew from those.
+    fn mend(&mut self) -> u8 {
+        let mut damaged = 0;
+        let estimates = self.memory.estimates.observers.iter_mut().zip(&self.tracks);
+        for (j, (observer, track)) in estimates.enumerate() {
+            if !observer.is_of(&track.observer()) {
+                *observer = track.observer();
+                damaged |= 1 << j;
+            }
+        }
+        damaged
+    }
+
+    /// A disturbance estimate that is no number is what it was before. Gives the torque to go on with in this tick:
+    /// that of the last one.
+    #[cold]
+    #[inline(never)]
+    fn distrust(&mut self) -> JointVector {
+        self.memory.estimates.d_hat = self.trace.d_old;
+        self.findings.raise(Finding::new(Fault::NotFinite));
+        self.spoilt = true;
         self.trace.written
+    }
+
+    /// Joints without torque are nobody's to move: the law takes them to be where they shall be, so that the others
+    /// do not answer an acceleration that never comes. Where the arm swings, both gains of the law are halved.
+    #[cold]
+    #[inline(never)]
+    fn ease(&self, mut state: State) -> State {
+        if self.trace.soft {
+            (state.e1, state.e1_dot) = (state.e1 * 0.25, state.e1_dot * 0.5);
+        }
+        let errors = state.e1.iter_mut().zip(&mut state.e1_dot).zip(&mut state.qdd_d);
+        for (j, ((e1, e1_dot), qdd_d)) in errors.enumerate() {
+            if self.trace.isolated >> j & 1 != 0 {
+                (*e1, *e1_dot, *qdd_d) = (0.0, 0.0, 0.0);
+            }
+        }
+        state
     }
 
     /// Takes new gains; the disturbance estimate takes up what they would change in torque.

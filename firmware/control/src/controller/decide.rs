@@ -42,13 +42,14 @@ impl Core {
     #[inline(never)]
     pub fn decide(&mut self, input: &TickInput<'_>, brakes: Brakes, converters: bool) {
         let boot = self.readiness(input.order, converters);
-        let latched = matches!(self.mode, Mode::Latched { .. });
+        // After a crash no boot has found the pose to be the parked one yet.
+        let latched = matches!(self.mode, Mode::Latched { .. }) && self.adc_ready;
         let refusal = self.with_events(input.order, brakes, boot, Mode::step);
         if input.order.is_some() {
             self.refusal = refusal;
         }
         if latched && matches!(self.mode, Mode::Boot { .. }) {
-            self.retained.parked = Some(self.codes());
+            self.parked = Some(self.codes());
             self.pose_confirmed = false;
         }
     }
@@ -71,6 +72,9 @@ impl Core {
     #[inline(never)]
     fn react(&mut self) {
         self.judged = self.findings.worst.fault;
+        if self.judged == Fault::Oscillation {
+            (self.trace.soft, self.spoilt) = (true, true);
+        }
         let boot = Readiness { ready: false, complaint: Fault::None };
         self.with_events(None, Brakes::default(), boot, Mode::react);
     }
@@ -149,7 +153,7 @@ impl Core {
     fn pose_complaint(&self) -> Fault {
         let thresholds = &self.memory.thresholds;
         let codes = self.codes();
-        let parked = self.retained.parked.is_some_and(|parked| {
+        let parked = self.parked.is_some_and(|parked| {
             let pairs = codes.iter().zip(&parked).zip(&thresholds.timing.parked);
             pairs.fold(true, |near, ((c, p), d)| near & (c.abs_diff(*p) <= *d))
         });

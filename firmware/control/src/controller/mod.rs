@@ -43,6 +43,8 @@ pub struct TickInput<'a> {
 pub struct Retained {
     /// Encoder codes of the pose that the arm was parked in; `None` if it is not known.
     pub parked: Option<[u32; JOINTS]>,
+    /// Exception that ended the last run, if one did: until it is cleared, the controller stays latched.
+    pub crash: Option<Fault>,
 }
 
 /// Index of the torque converter among the counted devices; encoders are 0 to 3.
@@ -74,8 +76,13 @@ struct Trace {
     /// Torque written, and torque acting since LDAC, N m and N.
     written: JointVector,
     acting: JointVector,
-    /// Last disturbance estimate that was finite, N m and N.
-    d_hat: JointVector,
+    /// Disturbance estimates of 0 to 1 and of 1 to 2 times [`BACKUP_TICKS`] ago, N m and N.
+    d_mid: JointVector,
+    d_old: JointVector,
+    /// Joints without torque, one bit each.
+    isolated: u8,
+    /// The arm swings: the law is softened.
+    soft: bool,
     /// The law computed the torque.
     in_control: bool,
     /// The arm's motion tells of disturbances.
@@ -83,6 +90,10 @@ struct Trace {
     /// Ticks for which samples get a wider window: torque was at its limit.
     loose: u8,
 }
+
+/// Age of a disturbance estimate that a faulty sensor has not touched yet, as long as it is found within this
+/// many ticks; a power of two.
+const BACKUP_TICKS: u32 = 128;
 
 impl Trace {
     const NONE: Self = {
@@ -94,7 +105,10 @@ impl Trace {
             wanted: [zero; 2],
             written: zero,
             acting: zero,
-            d_hat: zero,
+            d_mid: zero,
+            d_old: zero,
+            isolated: 0,
+            soft: false,
             in_control: false,
             adapts: false,
             loose: 0,
@@ -148,7 +162,8 @@ pub struct Core {
     turn: usize,
     /// Ticks since the operator's last authentic frame.
     silence: u32,
-    retained: Retained,
+    /// See [`Retained::parked`].
+    parked: Option<[u32; JOINTS]>,
 }
 
 impl Core {
@@ -182,7 +197,7 @@ impl Core {
             tick: 0,
             turn: 0,
             silence: 0,
-            retained: Retained { parked: None },
+            parked: None,
         }
     }
 
@@ -205,7 +220,10 @@ impl Core {
         let [j1, j2, j3, j4] = &config.joints;
         let layouts = [j1.layout(0)?, j2.layout(1)?, j3.layout(2)?, j4.layout(3)?];
         self.memory.set(config);
-        self.retained = retained;
+        self.parked = retained.parked;
+        if let Some(crash) = retained.crash {
+            self.mode = Mode::latched(crash);
+        }
         Ok(layouts)
     }
 

@@ -5,8 +5,12 @@ use shared::fault::{Fault, Limit};
 
 use super::{ADC, Core, DAC, TickInput};
 use crate::estimator::Observer;
-use crate::monitor::{Elapsed, Finding, Track, Verdict};
-use crate::supervisor::ALL;
+use crate::memory::Memory;
+use crate::monitor::{Elapsed, Finding, Track};
+use crate::supervisor::{ALL, Mode};
+
+/// At rest, where the watch motion alone moves a joint, the law's errors are not small against it.
+const WATCH_PATIENCE: u32 = 3;
 
 impl Core {
     /// Begins the samples of a tick; says whether they come one tick after the last ones and of joints that all
@@ -26,12 +30,13 @@ impl Core {
     /// Takes the sample of joint `j` one tick after the last.
     #[inline(always)]
     pub fn take(&mut self, j: usize, code: u32, warning: bool) {
-        let window = self.memory.thresholds.encoder.tight[j];
+        let limits = &self.memory.thresholds.encoder;
+        let (window, far) = (limits.tight[j], limits.stuck);
         let expected = self.trace.wanted[self.turn & 1][j];
         let distance = self.tracks[j].distance(code, expected);
         let plain = distance.wrapping_add_unsigned(window) as u32 <= 2 * window
             && !warning
-            && !self.tracks[j].is_stuck(code, self.trace.aim.position[j]);
+            && !self.tracks[j].is_stuck(code, self.trace.aim.position[j], far);
         if plain || self.believes(j, code, warning, distance) {
             self.tracks[j].take(code);
             let c = &self.memory.coefficients;
@@ -99,6 +104,7 @@ impl Core {
                 codes,
                 &self.trace.acting,
                 &self.trace.speed_error,
+                self.blind,
                 &mut self.findings,
             );
         }
@@ -156,6 +162,7 @@ impl Core {
         if self.blind & bit != 0 {
             return false;
         }
+        let loose = self.is_loose();
         let Some(track) = self.tracks.get_mut(j) else { return false };
         if self.seen & bit == 0 {
             self.seen |= bit;
@@ -165,33 +172,50 @@ impl Core {
             }
             return true;
         }
-        let window = &self.memory.thresholds.encoder;
-        let loose = !self.trace.in_control
+        let target = self.trace.aim.position.get(j).copied().unwrap_or_default();
+        let limits = &self.memory.thresholds.encoder;
+        let window = |windows: &[u32; JOINTS]| windows.get(j).copied().unwrap_or_default();
+        let patience = if matches!(self.mode, Mode::Holding { .. }) { WATCH_PATIENCE } else { 1 };
+        let follows = self.mode.follows() && !self.trace.soft;
+        if track.is_stuck(code, target, limits.stuck * patience) && follows {
+            self.miss(j, Fault::EncoderStuck);
+            return false;
+        }
+        if distance.unsigned_abs() <= window(&limits.tight) {
+            return true;
+        }
+        // Where joints need not follow the law, it does not say where to expect them either; what was coasted
+        // over since the last believed sample grows with the square of the ticks.
+        let ticks = self.buckets.get(j).map_or(1, |bucket| 1 + u32::from(bucket.level()) / 2);
+        let wide = window(&limits.wide) * ticks * ticks;
+        let possible = loose && track.distance(code, 0.0).unsigned_abs() <= wide;
+        // A load drives a joint one way; codes that are off to either side in turn are no motion.
+        let turns = track.turns(distance > 0) && self.torques.suspect == 0;
+        let condemned = (turns || !possible) && track.reject(self.tick.wrapping_add(1));
+        if possible && !condemned {
+            return true;
+        }
+        if !loose {
+            self.implausible[0] |= bit;
+        }
+        if condemned {
+            self.condemn(j, Fault::EncoderImplausible);
+        }
+        self.miss(j, Fault::EncoderImplausible);
+        false
+    }
+
+    /// Whether joints may move in other ways than the law wants: not under control, at a torque limit, with a
+    /// torque that differs from its command, without torque, swinging, or while something drives them away.
+    fn is_loose(&self) -> bool {
+        let limits = &self.memory.thresholds.torque.speed_error;
+        let driven = self.trace.speed_error.iter().zip(limits).any(|(v, limit)| v.abs() > *limit);
+        !self.trace.in_control
             || self.trace.loose != 0
             || self.torques.suspect != 0
-            || self.mode.isolated() != 0;
-        let windows = if loose { &window.wide } else { &window.tight };
-        let Some(window) = windows.get(j).copied() else { return false };
-        let target = self.trace.aim.position.get(j).copied().unwrap_or_default();
-        let verdict = if track.is_stuck(code, target) && self.mode.follows() {
-            Verdict::Stuck
-        } else if distance.unsigned_abs() > window {
-            Verdict::Implausible
-        } else {
-            Verdict::Good
-        };
-        match verdict {
-            Verdict::Good => return true,
-            Verdict::Stuck => self.miss(j, Fault::EncoderStuck),
-            Verdict::Implausible => {
-                self.implausible[0] |= bit;
-                if track.reject(self.tick.wrapping_add(1)) {
-                    self.condemn(j, Fault::EncoderImplausible);
-                }
-                self.miss(j, Fault::EncoderImplausible);
-            }
-        }
-        false
+            || self.trace.isolated != 0
+            || self.trace.soft
+            || driven
     }
 
     /// Acceleration that the law wanted two ticks ago, word steps a tick².
@@ -205,7 +229,7 @@ impl Core {
     #[cold]
     #[inline(never)]
     fn go_without(&mut self, j: usize, ticks: f32) {
-        let expected = self.expected(j);
+        let expected = if self.torques.suspect == 0 { self.expected(j) } else { 0.0 };
         if let Some(track) = self.tracks.get_mut(j) {
             track.coast(ticks, expected);
         }
@@ -233,9 +257,34 @@ impl Core {
     fn condemn(&mut self, j: usize, fault: Fault) {
         // Before its first sample a joint has no estimate that could go on.
         if self.seen >> j & 1 != 0 {
-            self.blind |= 1 << j;
-            self.spoilt = true;
+            self.go_blind(j);
             self.findings.raise(Finding::of_joint(fault, j));
         }
+    }
+
+    /// What the samples of joint `j` have done to the estimates is undone: it is taken to be where the law had it,
+    /// and the disturbance to be what it was before.
+    #[cold]
+    #[inline(never)]
+    pub fn go_blind(&mut self, j: usize) {
+        if self.blind >> j & 1 != 0 {
+            return;
+        }
+        self.blind |= 1 << j;
+        self.spoilt = true;
+        if !self.trace.in_control {
+            return;
+        }
+        let Memory { estimates, coefficients, .. } = &mut self.memory;
+        let aim = &self.trace.aim;
+        let aims = aim.position.iter().zip(&aim.velocity).zip(&coefficients.scales);
+        let joints = estimates.observers.iter_mut().zip(&mut self.tracks).zip(aims);
+        for (index, ((observer, track), ((position, velocity), scale))) in joints.enumerate() {
+            if index == j {
+                *observer = Observer { position: *position, velocity: scale.words(*velocity) };
+                track.follow(observer);
+            }
+        }
+        estimates.d_hat = self.trace.d_old;
     }
 }

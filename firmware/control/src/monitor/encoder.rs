@@ -9,21 +9,8 @@
 use crate::estimator::{FRACTION_BITS, Observer};
 use crate::math::round_to_i32;
 
-/// What is believed of a sample.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
-    /// The joint can be there.
-    Good,
-    /// It cannot.
-    Implausible,
-    /// The code does not move although the set-point does.
-    Stuck,
-}
-
-/// Motion of the set-point that a code must follow, counts.
-const STUCK_COUNTS: u32 = 8;
-/// A code within this of an earlier one has not moved, counts.
-const STILL_COUNTS: u32 = 1;
+/// A code within this of an earlier one has not moved, counts: both may be one off.
+const STILL_COUNTS: u32 = 2;
 /// Ticks within which [`MANY`] implausible samples condemn an encoder.
 const RECENT_TICKS: u32 = 10;
 /// See [`RECENT_TICKS`].
@@ -40,11 +27,14 @@ pub struct Track {
     still: (u32, u32),
     /// Ticks of the last implausible samples.
     rejected: [u32; MANY - 1],
+    /// The last code that was off was too far up.
+    above: bool,
 }
 
 impl Track {
     /// Of an encoder that gave no sample yet.
-    pub const NONE: Self = Self { code: 0, step: 0, still: (0, 0), rejected: [0; MANY - 1] };
+    pub const NONE: Self =
+        Self { code: 0, step: 0, still: (0, 0), rejected: [0; MANY - 1], above: false };
 
     /// At rest at `code`.
     pub fn at_rest(code: u32) -> Self {
@@ -90,28 +80,32 @@ impl Track {
         self.code = self.code.wrapping_add(way as u32);
     }
 
+    /// Goes on from an estimate.
+    pub fn follow(&mut self, estimate: &Observer) {
+        self.code = estimate.position >> FRACTION_BITS;
+        self.step = counts(estimate.velocity);
+    }
+
     /// The estimate that this history alone gives.
     pub fn observer(&self) -> Observer {
         let words = self.step as f32 * (1 << FRACTION_BITS) as f32;
         Observer { position: self.code << FRACTION_BITS, velocity: words }
     }
 
-    /// Whether `code` stands still while the set-point, a position word, moves.
+    /// Whether `code` stands still while the set-point, a position word, moves by more than `far`, word steps.
     #[inline(always)]
-    pub fn is_stuck(&mut self, code: u32, set_point: u32) -> bool {
+    pub fn is_stuck(&mut self, code: u32, set_point: u32, far: u32) -> bool {
         let (still, since) = self.still;
         if code.wrapping_sub(still).wrapping_add(STILL_COUNTS) > 2 * STILL_COUNTS {
             self.still = (code, set_point);
             return false;
         }
-        const FAR: u32 = STUCK_COUNTS << FRACTION_BITS;
-        set_point.wrapping_sub(since).wrapping_add(FAR) > 2 * FAR
+        set_point.wrapping_sub(since).wrapping_add(far) > 2 * far
     }
 
-    /// The set-point may move without the joint from here.
-    #[inline(always)]
-    pub fn excuse(&mut self, set_point: u32) {
-        self.still = (self.code, set_point);
+    /// Takes the side to which a code is off; `true` if it is another than the last time.
+    pub fn turns(&mut self, above: bool) -> bool {
+        core::mem::replace(&mut self.above, above) != above
     }
 
     /// Counts an implausible sample; `true` if there have been too many of late.
@@ -162,19 +156,21 @@ mod tests {
     fn only_a_code_that_stands_while_the_set_point_leaves_is_stuck() {
         let mut track = Track::at_rest(1_000);
         let start = 1_000 << FRACTION_BITS;
-        assert!(!track.is_stuck(1_001, start + (8 << FRACTION_BITS)));
-        assert!(track.is_stuck(999, start + (9 << FRACTION_BITS)));
-        assert!(track.is_stuck(1_000, start.wrapping_sub(9 << FRACTION_BITS)));
-        assert!(!track.is_stuck(1_002, start + (9 << FRACTION_BITS)));
-        assert!(!track.is_stuck(1_002, start + (17 << FRACTION_BITS)));
-        assert!(track.is_stuck(1_002, start + (18 << FRACTION_BITS)));
+        let far = 8 << FRACTION_BITS;
+        let moved = |counts: u32| start + (counts << FRACTION_BITS);
+        assert!(!track.is_stuck(1_001, moved(8), far));
+        assert!(track.is_stuck(998, moved(9), far));
+        assert!(track.is_stuck(1_002, start.wrapping_sub(9 << FRACTION_BITS), far));
+        assert!(!track.is_stuck(1_003, moved(9), far));
+        assert!(!track.is_stuck(1_004, moved(17), far));
+        assert!(track.is_stuck(1_003, moved(18), far));
     }
 
     #[test]
     fn three_in_ten_ticks_condemn() {
         let mut track = moving();
-        assert_eq!([5, 15, 24, 34, 43].map(|tick| track.reject(tick)), [false; 5]);
-        assert!(track.reject(44));
+        assert_eq!([5, 15, 24, 34, 42].map(|tick| track.reject(tick)), [false; 5]);
+        assert!(track.reject(43));
         let mut track = moving();
         assert_eq!([1, 5, 10].map(|tick| track.reject(tick)), [false, false, true]);
     }

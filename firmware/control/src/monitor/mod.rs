@@ -12,7 +12,7 @@ use shared::fault::{Fault, Limit};
 
 pub use bucket::Bucket;
 pub use clock::{Clock, Elapsed};
-pub use encoder::{Track, Verdict};
+pub use encoder::Track;
 pub use motion::Motions;
 pub use thresholds::Thresholds;
 pub use torque::Torques;

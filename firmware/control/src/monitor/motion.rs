@@ -24,6 +24,10 @@ pub struct MotionLimits {
     lasting: u32,
     /// Position error that cannot be.
     window: [f32; JOINTS],
+    /// Speed error that counts as swinging, half a count a tick more than the configured one: that is what
+    /// quantisation leaves of a speed. And ticks within which it must come back.
+    swing: [f32; JOINTS],
+    period: u32,
 }
 
 impl MotionLimits {
@@ -38,9 +42,12 @@ impl MotionLimits {
             tracking: safety.tracking,
             lasting: (safety.tracking_s * config.tick_hz as f32) as u32,
             window: safety.error_window,
+            swing: safety.swing,
+            period: (SWING_S * config.tick_hz as f32) as u32,
         };
         for (j, (joint, over)) in config.joints.iter().zip(safety.overtravel).enumerate() {
             // The casts stop at what a word can hold.
+            limits.swing[j] += 0.5 * joint.encoder_lsb * config.tick_hz as f32;
             let words = |q: f32| ((q - joint.encoder_zero) / joint.encoder_lsb * WORDS) as u32;
             limits.lowest[j] = words(joint.q_min - over);
             limits.span[j] = words(joint.q_max + over).wrapping_sub(limits.lowest[j]);
@@ -60,85 +67,138 @@ impl MotionLimits {
     }
 }
 
+/// Half a period of the slowest swinging that is told, s: the laws' own dynamics are faster.
+const SWING_S: f32 = 0.05;
 const WORDS: f32 = (1 << FRACTION_BITS) as f32;
+/// Multiple of a swinging joint's least speed error that only a load explains.
+const DRIVEN: f32 = 3.0;
 /// Rounds in a row that a joint must be too fast.
 const FAST_ROUNDS: u8 = 2;
 
 /// State of the monitor.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Motions {
-    /// Joint whose speed and range are judged at this tick: each has its turn every fourth.
+    /// Ticks so far: the joints have their turns to be judged, each every fourth.
     turn: usize,
     fast: [u8; JOINTS],
+    swings: [Swing; JOINTS],
     astray: u32,
 }
 
 impl Motions {
     /// Before the first tick.
-    pub const NONE: Self = Self { turn: 0, fast: [0; JOINTS], astray: 0 };
+    pub const NONE: Self = {
+        let swing = Swing { since: 0, turns: 0, forward: false };
+        Self { turn: 0, fast: [0; JOINTS], swings: [swing; JOINTS], astray: 0 }
+    };
+
+    /// Whether a joint is away from its set-point, rad and m, so that [`Motions::judge_error`] has to look into it.
+    #[inline(always)]
+    pub fn is_far(&mut self, l: &MotionLimits, e1: &JointVector) -> bool {
+        let far = |j: usize| e1[j].abs() > l.tracking[j];
+        let any = far(0) | far(1) | far(2) | far(3);
+        if !any {
+            // A joint that swings is near its set-point in between.
+            self.astray = self.astray.saturating_sub(1);
+        }
+        any
+    }
 
     /// Judges the distance to the set-point, rad and m, under control; joints in `excused` need not follow it.
-    // By value: what a cold path takes by reference has to live in memory.
-    #[inline(always)]
+    /// Whether it is more than control can explain.
     pub fn judge_error(
         &mut self,
         l: &MotionLimits,
-        e1: JointVector,
+        e1: &JointVector,
         excused: u8,
         findings: &mut Findings,
-    ) {
-        let far = |j: usize| e1[j].abs() > l.tracking[j];
-        if far(0) | far(1) | far(2) | far(3) {
-            self.lose(l, e1, excused, findings);
-        } else {
-            self.astray = 0;
-        }
-    }
-
-    /// Judges speed and range of the joint whose turn it is.
-    #[inline(always)]
-    pub fn judge_motion(
-        &mut self,
-        l: &MotionLimits,
-        observers: &[Observer; JOINTS],
-        scales: &[Scale; JOINTS],
-        findings: &mut Findings,
-    ) {
-        let j = self.turn % JOINTS;
-        self.turn = j + 1;
-        let past = observers[j].position.wrapping_sub(l.lowest[j]) > l.span[j];
-        let fast = observers[j].velocity(&scales[j]).abs() > l.speed[j];
-        if past | fast | (self.fast[j] != 0) {
-            self.suspect(j, past, fast, findings);
-        }
-    }
-
-    /// The arm is away from its set-point.
-    #[cold]
-    #[inline(never)]
-    fn lose(&mut self, l: &MotionLimits, e1: JointVector, excused: u8, findings: &mut Findings) {
-        let astray = beyond(&e1, &l.tracking) & !excused;
+    ) -> bool {
+        let astray = beyond(e1, &l.tracking) & !excused;
+        let impossible = beyond(e1, &l.window) & !excused;
         self.astray = if astray != 0 { self.astray.saturating_add(1) } else { 0 };
         if self.astray >= l.lasting {
             findings.raise(Finding { fault: Fault::TrackingError, joints: astray });
         }
-        let impossible = beyond(&e1, &l.window) & !excused;
         if impossible != 0 {
             findings.raise(Finding { fault: Fault::ErrorWindow, joints: impossible });
         }
+        impossible != 0
+    }
+
+    /// Judges speed, range and swinging of the joint whose turn it is; whether something drives it away.
+    #[inline(always)]
+    pub fn judge(
+        &mut self,
+        l: &MotionLimits,
+        observers: &[Observer; JOINTS],
+        scales: &[Scale; JOINTS],
+        e1_dot: &JointVector,
+        findings: &mut Findings,
+    ) -> bool {
+        let j = self.turn % JOINTS;
+        self.turn = self.turn.wrapping_add(1);
+        let past = observers[j].position.wrapping_sub(l.lowest[j]) > l.span[j];
+        let fast = observers[j].velocity(&scales[j]).abs() > l.speed[j];
+        let swings = e1_dot[j].abs() > l.swing[j];
+        if past | fast | swings | (self.fast[j] != 0) {
+            return self.suspect(j, (past, fast), e1_dot[j], l, findings);
+        }
+        false
     }
 
     #[cold]
     #[inline(never)]
-    fn suspect(&mut self, j: usize, out: bool, fast: bool, findings: &mut Findings) {
-        if out {
+    fn suspect(
+        &mut self,
+        j: usize,
+        (past, fast): (bool, bool),
+        e1_dot: f32,
+        l: &MotionLimits,
+        findings: &mut Findings,
+    ) -> bool {
+        if past {
             findings.raise(Finding::of_joint(Fault::PositionLimit, j));
         }
-        let Some(rounds) = self.fast.get_mut(j) else { return };
-        *rounds = if fast { rounds.saturating_add(1) } else { 0 };
-        if *rounds >= FAST_ROUNDS {
-            findings.raise(Finding::of_joint(Fault::Overspeed, j));
+        if let Some(rounds) = self.fast.get_mut(j) {
+            *rounds = if fast { rounds.saturating_add(1) } else { 0 };
+            if *rounds >= FAST_ROUNDS {
+                findings.raise(Finding::of_joint(Fault::Overspeed, j));
+            }
         }
+        let (Some(swing), Some(limit)) = (self.swings.get_mut(j), l.swing.get(j)) else {
+            return false;
+        };
+        if e1_dot.abs() > *limit && swing.turns(e1_dot > 0.0, self.turn, l.period) {
+            findings.raise(Finding::of_joint(Fault::Oscillation, j));
+        }
+        e1_dot.abs() > DRIVEN * limit
+    }
+}
+
+/// Swinging of one joint about its set-point.
+#[derive(Clone, Copy, Debug, Default)]
+struct Swing {
+    /// When it last turned.
+    since: usize,
+    /// Turns, each soon after the one before.
+    turns: u8,
+    forward: bool,
+}
+
+/// A joint that has turned this often swings: what a step of the load sets off has died down by then.
+const TURNS: u8 = 6;
+
+impl Swing {
+    /// Takes the direction of a fast error at `tick`; `true` if it has turned too often, each time within `period`.
+    fn turns(&mut self, forward: bool, tick: usize, period: u32) -> bool {
+        let passed = tick.wrapping_sub(self.since);
+        if passed > period as usize {
+            (self.turns, self.since) = (0, tick);
+        } else if forward != self.forward {
+            (self.turns, self.since) = (self.turns.saturating_add(1), tick);
+        }
+        self.forward = forward;
+        self.turns >= TURNS
     }
 }
 

@@ -1,7 +1,7 @@
 //! Measured torque against the torque that the drives were told.
 //!
 //! A difference alone may be the transducer's fault: it warns, and stops the arm when it stays. With a speed
-//! error beside it, the drive is at fault. A drive that gives nothing leaves its joint limp, which its brake
+//! error beside it, or where nobody sees the joint, the drive is at fault. A drive that gives nothing leaves its joint limp, which its brake
 //! can catch; one that gives something else has to lose its torque.
 
 use bytemuck::{Pod, Zeroable};
@@ -20,7 +20,7 @@ pub struct TorqueLimits {
     scale: [f32; JOINTS],
     warn: [f32; JOINTS],
     wrong: [f32; JOINTS],
-    speed_error: [f32; JOINTS],
+    pub(crate) speed_error: [f32; JOINTS],
     /// Ticks after which a lasting difference stops the arm.
     lasting: u32,
 }
@@ -63,7 +63,7 @@ impl Torques {
     pub const NONE: Self = Self { confirmed: [0; JOINTS], lasting: [0; JOINTS], suspect: 0 };
 
     /// Compares one sample of all joints: codes of the converter, what the drives gave if they obeyed (N m
-    /// and N), and speed less its set-point (rad/s and m/s).
+    /// and N), speed less its set-point (rad/s and m/s), and the joints that no encoder sees, one bit each.
     #[inline(always)]
     pub fn compare(
         &mut self,
@@ -71,11 +71,12 @@ impl Torques {
         codes: &[i32; JOINTS],
         applied: &JointVector,
         speed_error: &JointVector,
+        blind: u8,
         findings: &mut Findings,
     ) {
         let off = |j: usize| (codes[j] as f32 * l.scale[j] - applied[j]).abs() > l.warn[j];
         if off(0) | off(1) | off(2) | off(3) | (self.suspect != 0) {
-            self.judge_all(l, codes, applied, speed_error, findings);
+            self.judge_all(l, codes, applied, speed_error, blind, findings);
         }
     }
 
@@ -87,6 +88,7 @@ impl Torques {
         codes: &[i32; JOINTS],
         applied: &JointVector,
         speed_error: &JointVector,
+        blind: u8,
         findings: &mut Findings,
     ) {
         self.suspect = 0;
@@ -107,7 +109,8 @@ impl Torques {
             }
             self.suspect |= 1 << j;
             *state.1 = state.1.saturating_add(1);
-            *state.0 = if speed_error.abs() > *speed { state.0.saturating_add(1) } else { 0 };
+            let moves = speed_error.abs() > *speed || blind >> j & 1 != 0;
+            *state.0 = if moves { state.0.saturating_add(1) } else { 0 };
             if *state.0 >= CONFIRMED {
                 let dead = measured.abs() <= *wrong;
                 let fault = if dead { Fault::DriveLost } else { Fault::TorqueWrong };

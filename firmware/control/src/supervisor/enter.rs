@@ -28,7 +28,9 @@ impl Mode {
                 let pose = measured(events).origin;
                 *self = Self::Arming { ticks: 0, open: 0, pose, began: pose };
             }
-            ModeCode::Holding => *self = Self::Holding { pose: self.pose(finding, timing, events) },
+            ModeCode::Holding => {
+                *self = Self::Holding { pose: self.pose(finding, timing, events), ticks: 0 };
+            }
             ModeCode::Moving => {
                 if let Some(Order::Start(motion)) = events.order {
                     *self = Self::Moving(motion.begun());
@@ -88,8 +90,9 @@ impl Mode {
     fn cause_of(&self, exit: Exit, finding: Finding, events: &Events<'_>) -> Cause {
         let found = match exit {
             Exit::Stop if finding.fault == Fault::None => Finding::new(Fault::OperatorStop),
+            Exit::Stop | Exit::CutTorque => finding,
             Exit::Slipped => Finding { fault: Fault::BrakeSlipped, joints: self.slipping(events) },
-            _ => finding,
+            _ => Finding::NONE,
         };
         match self.cause() {
             // A stop that becomes graver names the graver fault; one that goes on keeps its own.
@@ -117,7 +120,9 @@ impl Mode {
             }
             Self::Jogging { line, follower, .. } if finding.fault != Fault::ErrorWindow => {
                 let mut follower = *follower;
-                follower.turn(0, &pace);
+                if follower.goal() != 0 {
+                    follower.turn(0, &pace);
+                }
                 (Path::Line(*line), follower)
             }
             // Where the set-point cannot be trusted, the stop goes on from what is measured.

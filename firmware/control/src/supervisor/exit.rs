@@ -35,6 +35,14 @@ impl Mode {
             // Taken by the executive, whatever the mode.
             (_, Order::SetGains(_)) | (Self::Boot { .. }, Order::ConfirmPose) => Ok(None),
             (Self::Boot { .. }, _) => Err(Refusal::WrongMode),
+            // On its way already: another stop takes no more time.
+            (
+                Self::Stopping { .. }
+                | Self::BrakeHold { .. }
+                | Self::TorqueOff { .. }
+                | Self::Latched { .. },
+                Order::Stop,
+            ) => Ok(None),
             (_, Order::Stop) => Ok(Some(Exit::Stop)),
             (Self::Latched { cause, .. }, Order::Clear) if !clears(cause.finding.fault) => {
                 Err(Refusal::LockedOut)
@@ -45,7 +53,7 @@ impl Mode {
             (Self::Standby { .. }, Order::Arm) => {
                 allowed(Exit::Arm, events.stop_released, Refusal::EmergencyStop)
             }
-            (Self::Holding { pose }, Order::Start(motion)) => {
+            (Self::Holding { pose, .. }, Order::Start(motion)) => {
                 allowed(Exit::Start, motion.starts_at(pose), Refusal::OriginMismatch)
             }
             (Self::Holding { .. }, Order::Jog(_)) => Ok(Some(Exit::Jog)),
@@ -81,7 +89,7 @@ impl Mode {
             Self::Arming { ticks, open: 0, .. } if *ticks > timing.preload + timing.brake_open => {
                 Finding { fault: Fault::BrakeNotReleased, joints: ALL & !events.brakes.open }
             }
-            Self::Arming { open, began, .. } if *open == timing.calm + timing.test / 2 => {
+            Self::Arming { open, began, .. } if *open == timing.calm + timing.test.ticks / 2 => {
                 match still(timing, began, events) {
                     0 => Finding::NONE,
                     joints => Finding { fault: Fault::BrakeNotFree, joints },
@@ -122,7 +130,9 @@ impl Mode {
         match self {
             Self::Boot { .. } => events.ready.then_some(Exit::Ready),
             Self::Standby { codes } => slips(timing, codes, events).then_some(Exit::Slipped),
-            Self::Arming { open, .. } => (*open >= timing.calm + timing.test).then_some(Exit::Free),
+            Self::Arming { open, .. } => {
+                (*open >= timing.calm + timing.test.ticks).then_some(Exit::Free)
+            }
             Self::Holding { .. } => None,
             Self::Moving(motion) => motion.is_over().then_some(Exit::PathEnded),
             Self::Jogging { follower, .. } => {
@@ -186,7 +196,10 @@ impl Mode {
                     motion.phase.ticks += 1;
                 }
             }
-            Self::Standby { .. } | Self::Holding { .. } | Self::Latched { .. } => {}
+            Self::Holding { ticks, .. } => {
+                *ticks = if *ticks < timing.watch.ticks { *ticks + 1 } else { 1 };
+            }
+            Self::Standby { .. } | Self::Latched { .. } => {}
         }
     }
 }
@@ -212,7 +225,7 @@ fn is_emergency(fault: Fault) -> bool {
 
 /// Joints that did not go along with the first half of the test move, one bit each.
 fn still(timing: &Timing, began: &[u32; JOINTS], events: &Events<'_>) -> u8 {
-    let pairs = began.iter().zip(events.observers).zip(&timing.test_words).enumerate();
+    let pairs = began.iter().zip(events.observers).zip(&timing.test.words).enumerate();
     pairs.fold(0, |still, (j, ((began, now), due))| {
         let way = now.position.wrapping_sub(*began) as i32 as f32;
         if way > 0.5 * due { still } else { still | 1 << j }

@@ -5,6 +5,7 @@
 //! checks all devices anew, and `Arm`, which starts from the measured pose, lead back to motion. The one
 //! motion without an order is the lowering of an arm whose brake slips.
 
+mod bump;
 mod enter;
 mod exit;
 mod follow;
@@ -17,6 +18,7 @@ use shared::arm::JOINTS;
 use shared::fault::{Fault, Limit, Mode as ModeCode};
 use shared::telemetry::PATH_RATE_ONE;
 
+pub use bump::Bump;
 pub use follow::Follower;
 pub use pins::{Brakes, Levels};
 pub use reaction::{Reaction, clears};
@@ -77,6 +79,8 @@ pub enum Mode {
     Holding {
         /// Pose to hold, position words.
         pose: [u32; JOINTS],
+        /// Ticks since the present round of the watch motion began.
+        ticks: u32,
     },
     /// Brakes open, following a trajectory.
     Moving(Motion),
@@ -185,6 +189,11 @@ impl Mode {
     /// Mode at reset.
     pub const RESET: Self = Self::Boot { ticks: 0, complaint: Fault::None };
 
+    /// Mode at a reset that followed a crash.
+    pub fn latched(crash: Fault) -> Self {
+        Self::Latched { codes: [0; JOINTS], cause: Cause::new(Finding::new(crash)) }
+    }
+
     /// One tick along a trajectory, if there is nothing else to decide.
     #[inline(always)]
     pub fn glides(&mut self) -> bool {
@@ -226,8 +235,11 @@ impl Mode {
     pub fn set_point(&self, timing: &Timing) -> Option<SetPoint> {
         let pace = timing.pace();
         match self {
-            Self::Holding { pose } | Self::BrakeHold { pose, .. } => Some(SetPoint::hold(*pose)),
-            Self::Arming { open, pose, .. } => Some(test_move(timing, *open, pose)),
+            Self::Holding { pose, ticks } => Some(timing.watch.set_point(pose, *ticks)),
+            Self::BrakeHold { pose, .. } => Some(SetPoint::hold(*pose)),
+            Self::Arming { open, pose, .. } => {
+                Some(timing.test.set_point(pose, open.saturating_sub(timing.calm)))
+            }
             Self::Jogging { line, follower, .. } => {
                 Some(line.set_point_at(follower.phase(&pace), follower.rate(&pace)))
             }
@@ -363,25 +375,4 @@ impl Mode {
             Self::Lowering { .. } => ModeCode::Lowering,
         }
     }
-}
-
-/// Set-point of the test move `open` ticks after the brakes opened: out and back along 16 x² (1 - x)².
-#[inline(never)]
-fn test_move(timing: &Timing, open: u32, pose: &[u32; JOINTS]) -> SetPoint {
-    let mut set_point = SetPoint::hold(*pose);
-    let tick = open.saturating_sub(timing.calm);
-    if tick == 0 || tick >= timing.test {
-        return set_point;
-    }
-    let x = tick as f32 * timing.test_per_tick;
-    let y = x * (1.0 - x);
-    let (s, ds, dds) = (16.0 * y * y, 32.0 * y * (1.0 - 2.0 * x), 32.0 * (1.0 - 6.0 * y));
-    let (ds, dds) = (ds * timing.test_per_s, dds * (timing.test_per_s * timing.test_per_s));
-    for j in 0..JOINTS {
-        let words = crate::math::round_to_i32(timing.test_words[j] * s);
-        set_point.position[j] = pose[j].wrapping_add_signed(words);
-        set_point.velocity[j] = timing.test_move[j] * ds;
-        set_point.acceleration[j] = timing.test_move[j] * dds;
-    }
-    set_point
 }

@@ -3,6 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use shared::arm::JOINTS;
 
+use super::Bump;
 use crate::config::Config;
 use crate::estimator::FRACTION_BITS;
 use crate::path::Pace;
@@ -23,13 +24,10 @@ pub struct Timing {
     pub brake_open: u32,
     /// From then to the test move.
     pub calm: u32,
-    /// Duration of the test move, and its inverse.
-    pub test: u32,
-    pub(crate) test_per_tick: f32,
-    pub(crate) test_per_s: f32,
-    /// Its amplitude in position words, and in rad and m.
-    pub(crate) test_words: [f32; JOINTS],
-    pub(crate) test_move: [f32; JOINTS],
+    /// The test move.
+    pub test: Bump,
+    /// The motion by which a joint at rest shows that its encoder is alive, again and again.
+    pub watch: Bump,
     /// Duration of a stop, its inverse in ticks and in seconds.
     stop: f32,
     stop_per_tick: f32,
@@ -56,6 +54,19 @@ pub struct Timing {
 /// An encoder's noise is one count; four are motion.
 const SLIP_MIN_COUNTS: u32 = 4;
 
+/// Duration of the watch motion, s: a stuck encoder is told within half of it.
+const WATCH_S: f32 = 0.1;
+/// Its amplitude, counts: twice the 24 that tell a stuck encoder at rest.
+const WATCH_COUNTS: f32 = 48.0;
+/// Its largest amplitude, rad and m: 0.1 mm at the tip.
+const WATCH_MAX: f32 = 2e-5;
+
+/// Amplitude of the watch motion; none where it would show.
+fn watch_amplitude(encoder_lsb: f32) -> f32 {
+    let amplitude = WATCH_COUNTS * encoder_lsb;
+    if amplitude <= WATCH_MAX { amplitude } else { 0.0 }
+}
+
 impl Timing {
     /// For a validated configuration.
     #[inline(never)]
@@ -71,10 +82,9 @@ impl Timing {
         self.brake_open = ticks(safety.brake_open_s);
         // Five time constants of the slowest law's 50 rad/s take up what the model lacks.
         self.calm = ticks(0.1);
-        self.test = ticks(safety.test_move_s);
-        self.test_per_tick = 1.0 / (safety.test_move_s * tick_hz);
-        self.test_per_s = 1.0 / safety.test_move_s;
-        self.test_move = safety.test_move;
+        self.test.set(safety.test_move_s, tick_hz, &safety.test_move, &config.joints);
+        let watch = config.joints.map(|joint| watch_amplitude(joint.encoder_lsb));
+        self.watch.set(WATCH_S, tick_hz, &watch, &config.joints);
         self.stop = safety.stop_s * tick_hz;
         self.stop_per_tick = 1.0 / self.stop;
         self.stop_per_s = 1.0 / safety.stop_s;
@@ -94,7 +104,6 @@ impl Timing {
         for (j, joint) in config.joints.iter().enumerate() {
             let code = |q: f32| (q - joint.encoder_zero) / joint.encoder_lsb;
             let counts = |way: f32| (way / joint.encoder_lsb) as u32;
-            self.test_words[j] = safety.test_move[j] / joint.encoder_lsb * words;
             let slip = counts(safety.slip[j]);
             self.slip[j] = if slip > SLIP_MIN_COUNTS { slip } else { SLIP_MIN_COUNTS };
             self.lowest[j] = (code(joint.q_min) * words) as u32;

@@ -13,7 +13,7 @@ use heapless::Vec;
 use shared::pil::{self, RELEASE_BYTES, Release, TRANSFER_MAX};
 use shared::telemetry::Record;
 
-use crate::{defect, stack};
+use crate::{crash, defect, stack};
 
 /// Semihosting open modes (Arm IHI 0069, SYS_OPEN): "rb" and "wb".
 const MODE_READ: usize = 1;
@@ -126,6 +126,7 @@ pub fn await_release() -> Release {
     receive(&mut bytes);
     if bytes == pil::QUIT {
         send_stack(stack::high_water_bytes());
+        with(|link| put(link.to_harness, crash::kept()));
         debug::exit(EXIT_SUCCESS);
     }
     let release = Release::from_bytes(&bytes);
@@ -159,11 +160,15 @@ fn send_stack(used_bytes: u16) {
     with(|link| put(link.to_harness, &[pil::TAG_STACK, low, high]));
 }
 
-/// Ends the emulation with what the fault status register says; what was collected is lost.
-pub fn report_fault(status: u32) -> ! {
+/// Drives STO, drive enables and brake releases low; what was collected is lost.
+pub fn all_off() {
+    with(|link| put(link.to_harness, &pil::ALL_OFF));
+}
+
+/// Tells the harness what the fault status register says.
+pub fn report_fault(status: u32) {
     let [a, b, c, d] = status.to_le_bytes();
     with(|link| put(link.to_harness, &[pil::TAG_FAULT, a, b, c, d]));
-    give_up()
 }
 
 /// Closes a tick.

@@ -5,18 +5,19 @@
 #![no_main]
 #![allow(unsafe_code, reason = "board file")]
 
+mod crash;
 mod defect;
 mod link;
 mod stack;
 
-use core::arch::naked_asm;
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
 
-use cortex_m::peripheral::{SCB, SYST};
+use cortex_m::peripheral::SYST;
 use cortex_m_rt::{entry, exception};
 use firmware::config::Config;
 use firmware::controller::Core;
+use firmware::evidence::Recorder;
 use firmware::executive::{Executive, RecordSink, Retained, TickInput};
 use firmware::io::{Inputs, Io, Outputs};
 use firmware::planner::Planner;
@@ -93,8 +94,13 @@ fn main() -> ! {
     let [crc, parked @ ..] = kept;
     defect::before_configuration(config);
     let crc = defect::in_coefficients(config, crc);
+    // SAFETY: the only reference to it; a hard fault, which writes it too, does not come back.
+    let evidence = unsafe { crash::evidence() };
+    let (mut recorder, Retained { parked: kept, crash }) = Recorder::new(evidence, config.tick_hz);
+    // What the harness gives stands for a memory that outlives the loss of power.
+    let retained = Retained { parked: kept.or(Some(parked)), crash };
     let controller = controller.write(Executive::new(wire(), core));
-    if controller.configure(config, crc, Retained { parked: Some(parked) }).is_ok() {
+    if controller.configure(config, crc, retained).is_ok() {
         // SAFETY: SysTick is not running yet.
         unsafe { (*PLANNER.0.get()).write(Planner::new(config)) };
         link::send_coefficients(controller.parameter_bytes());
@@ -108,7 +114,10 @@ fn main() -> ! {
         // SAFETY: SysTick, the only other user, is masked.
         let record = cortex_m::interrupt::free(|_| unsafe { &mut *RECORDS.0.get() }.pop_front());
         match record {
-            Some(record) => link::send_record(&record),
+            Some(record) => {
+                recorder.note(evidence, &record);
+                link::send_record(&record);
+            }
             None => cortex_m::asm::wfi(),
         }
     }
@@ -179,22 +188,6 @@ fn SysTick() {
 fn tick(controller: &mut Controller, input: &TickInput<'_>) {
     controller.tick(input, &mut Records);
     defect::in_tick();
-}
-
-/// After an overflow the stack pointer is outside RAM, so the stack is emptied first.
-///
-/// # Safety
-/// For the vector table only.
-#[unsafe(naked)]
-// SAFETY: `cortex-m-rt` provides the symbol weakly, to be defined with this signature.
-#[unsafe(no_mangle)]
-unsafe extern "C" fn HardFault() -> ! {
-    naked_asm!("ldr r0, =_stack_start", "msr msp, r0", "b {report}", report = sym report_fault)
-}
-
-extern "C" fn report_fault() -> ! {
-    // SAFETY: a register that may be read at any time.
-    link::report_fault(unsafe { (*SCB::PTR).cfsr.read() })
 }
 
 /// Linking fails if any panic is reachable: nothing defines this symbol.

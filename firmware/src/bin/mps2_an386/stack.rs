@@ -50,6 +50,12 @@ pub extern "C" fn paint() {
     )
 }
 
+/// Whether a fault with the stack pointer here, its exception frame included, means that the stack had run out: one
+/// instruction stores up to 64 bytes at once.
+pub fn is_spent(stack_pointer: u32) -> bool {
+    stack_pointer < (&raw const _stack_end as u32).wrapping_add(64)
+}
+
 /// Bytes of stack that were ever touched.
 pub fn high_water_bytes() -> u16 {
     let (mut word, top) = (&raw const _stack_end, &raw const _stack_start);
