@@ -205,12 +205,13 @@ impl Core {
         false
     }
 
-    /// Whether joints may move in other ways than the law wants: not under control, at a torque limit, with a
+    /// Whether joints may move in other ways than the law wants: not under control, against a brake, at a torque limit, with a
     /// torque that differs from its command, without torque, swinging, or while something drives them away.
     fn is_loose(&self) -> bool {
         let limits = &self.memory.thresholds.torque.speed_error;
         let driven = self.trace.speed_error.iter().zip(limits).any(|(v, limit)| v.abs() > *limit);
         !self.trace.in_control
+            || !self.mode.follows()
             || self.trace.loose != 0
             || self.torques.suspect != 0
             || self.trace.isolated != 0

@@ -29,6 +29,8 @@ pub struct TorqueLimits {
 const LASTING_S: f32 = 0.040;
 /// Ticks in a row that a wrong torque must move the joint.
 const CONFIRMED: u8 = 3;
+/// Ticks in a row that a torque must be nothing, or the opposite of its command.
+const PLAIN: u32 = 6;
 /// Codes of the converter's full scale.
 const FULL_SCALE: f32 = 8_388_608.0;
 
@@ -109,10 +111,12 @@ impl Torques {
             }
             self.suspect |= 1 << j;
             *state.1 = state.1.saturating_add(1);
+            let dead = measured.abs() <= *warn;
+            // No transducer drifts to just nothing or just the opposite.
+            let plain = *state.1 > PLAIN && (dead || (measured + applied).abs() <= *warn);
             let moves = speed_error.abs() > *speed || blind >> j & 1 != 0;
             *state.0 = if moves { state.0.saturating_add(1) } else { 0 };
-            if *state.0 >= CONFIRMED {
-                let dead = measured.abs() <= *wrong;
+            if plain || *state.0 >= CONFIRMED {
                 let fault = if dead { Fault::DriveLost } else { Fault::TorqueWrong };
                 findings.raise(Finding::of_joint(fault, j));
             } else if *state.1 >= l.lasting {
