@@ -104,7 +104,7 @@ fn main() -> ! {
         // SAFETY: SysTick is not running yet.
         unsafe { (*PLANNER.0.get()).write(Planner::new(config)) };
         link::send_coefficients(controller.parameter_bytes());
-        defect::in_law(controller, config);
+        defect::in_law(controller, config, retained);
         start_ticking(config.tick_hz);
     } else {
         link::send_refusal();
