@@ -176,7 +176,8 @@ impl Core {
         let limits = &self.memory.thresholds.encoder;
         let window = |windows: &[u32; JOINTS]| windows.get(j).copied().unwrap_or_default();
         let patience = if matches!(self.mode, Mode::Holding { .. }) { WATCH_PATIENCE } else { 1 };
-        let follows = self.mode.follows() && !self.trace.soft;
+        let excused = self.trace.soft || self.trace.isolated & bit != 0;
+        let follows = self.mode.follows() && !excused;
         if track.is_stuck(code, target, limits.stuck * patience) && follows {
             self.miss(j, Fault::EncoderStuck);
             return false;
