@@ -112,11 +112,14 @@ fn main() -> ! {
     defect::in_idle();
     loop {
         // SAFETY: SysTick, the only other user, is masked.
-        let record = cortex_m::interrupt::free(|_| unsafe { &mut *RECORDS.0.get() }.pop_front());
+        let records = || unsafe { &mut *RECORDS.0.get() };
+        let record = cortex_m::interrupt::free(|_| records().front().copied());
         match record {
             Some(record) => {
                 recorder.note(evidence, &record);
                 link::send_record(&record);
+                // Only now: a tick that is due already would wait for a release that the record has to bring.
+                cortex_m::interrupt::free(|_| records().pop_front());
             }
             None => cortex_m::asm::wfi(),
         }
