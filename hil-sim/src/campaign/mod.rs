@@ -5,6 +5,7 @@
 //! is compared with.
 
 mod bound;
+mod case;
 mod judge;
 mod measure;
 mod onset;
@@ -13,15 +14,16 @@ mod row;
 mod rows;
 mod table;
 mod trial;
+mod verdict;
 mod witness;
 
 use rayon::prelude::*;
 use serde::Serialize;
 
-pub use judge::Verdict;
 pub use measure::Reaction;
 pub use pose::{Pose, PoseError};
-pub use table::table;
+pub use table::{HEADER, line, table};
+pub use verdict::{Point, Verdict};
 
 use row::Variant;
 use rows::{ROWS, pairs};
