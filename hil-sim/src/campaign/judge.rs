@@ -234,3 +234,6 @@ fn of_motion(v: &Variant, times: &Times, trial: &Trial) -> Option<String> {
     let allowed = !v.orders.is_empty() || times.reaction == Reaction::Lower;
     (again && !allowed).then(|| "the arm moved again without a new arm".into())
 }
+
+#[cfg(test)]
+mod tests;

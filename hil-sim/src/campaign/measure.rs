@@ -202,3 +202,6 @@ pub fn reported(trial: &Trial) -> (Fault, u8) {
     let fault = last.and_then(|f| Fault::from_number(f.record.fault)).unwrap_or(Fault::None);
     (fault, last.map_or(0, |f| f.record.joints))
 }
+
+#[cfg(test)]
+mod tests;

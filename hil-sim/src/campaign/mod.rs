@@ -12,6 +12,8 @@ mod onset;
 mod pose;
 mod row;
 mod rows;
+#[cfg(test)]
+mod synthetic;
 mod table;
 mod trial;
 mod verdict;

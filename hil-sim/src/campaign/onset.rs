@@ -161,3 +161,6 @@ fn torque_wrong(trial: &Trial, begun: usize, j: usize) -> Option<usize> {
     let stopped = measure::first_stop(trial, begun).unwrap_or(trial.frames.len());
     trial.ticked_from((begun.max(1)..stopped).find(wrong)? + 1)
 }
+
+#[cfg(test)]
+mod tests;
