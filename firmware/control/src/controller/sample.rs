@@ -190,7 +190,8 @@ impl Core {
         let wide = window(&limits.wide) * ticks * ticks;
         let possible = loose && track.distance(code, 0.0).unsigned_abs() <= wide;
         // A load drives a joint one way; codes that are off to either side in turn are no motion.
-        let turns = track.turns(distance > 0) && self.torques.suspect == 0;
+        let driven = self.torques.suspect != 0 || self.trace.isolated != 0;
+        let turns = track.turns(distance > 0) && !driven;
         let condemned = (turns || !possible) && track.reject(self.tick.wrapping_add(1));
         if possible && !condemned {
             return true;
@@ -286,6 +287,6 @@ impl Core {
                 track.follow(observer);
             }
         }
-        estimates.d_hat = self.trace.d_old;
+        estimates.set_d_hat(self.trace.d_old);
     }
 }
