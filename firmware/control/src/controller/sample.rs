@@ -176,7 +176,9 @@ impl Core {
         let limits = &self.memory.thresholds.encoder;
         let window = |windows: &[u32; JOINTS]| windows.get(j).copied().unwrap_or_default();
         let patience = if matches!(self.mode, Mode::Holding { .. }) { WATCH_PATIENCE } else { 1 };
-        let follows = self.mode.follows() && !self.trace.soft;
+        // A joint that is driven away, or swings, stands still at times while the set-point goes on.
+        let driven = self.trace.soft || self.trace.loose != 0 || self.trace.isolated != 0;
+        let follows = self.mode.follows() && !driven;
         if track.is_stuck(code, target, limits.stuck * patience) && follows {
             self.miss(j, Fault::EncoderStuck);
             return false;

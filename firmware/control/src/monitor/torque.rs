@@ -33,8 +33,9 @@ const CONFIRMED: u8 = 3;
 /// sample to the last of them: the converter's filter takes three.
 const PLAIN: u8 = 3;
 const SETTLED: u32 = 8;
-/// Share of the warning threshold within which it must be so: more than 50 sigma.
-const PLAIN_SHARE: f32 = 0.25;
+/// Shares of the warning threshold within which it must be so: 20 sigma, and what a command moves in the filter's time.
+const NOTHING: f32 = 0.1;
+const OPPOSITE: f32 = 0.5;
 /// Codes of the converter's full scale.
 const FULL_SCALE: f32 = 8_388_608.0;
 
@@ -123,11 +124,11 @@ impl Torques {
             *state.1 = state.1.saturating_add(1);
             // A torque that is nothing or the opposite from the start on is the drive's doing: a transducer that
             // drifts passes there later, if at all.
-            let near = PLAIN_SHARE * warn;
-            let plain = measured.abs() <= near || (measured + applied).abs() <= near;
+            let nothing = measured.abs() <= NOTHING * warn;
+            let plain = nothing || (measured + applied).abs() <= OPPOSITE * warn;
             *state.2 = if plain { state.2.saturating_add(1) } else { 0 };
             let plain = *state.2 >= PLAIN && *state.1 <= SETTLED;
-            let dead = measured.abs() <= *wrong;
+            let dead = if plain { nothing } else { measured.abs() <= *wrong };
             let moves = speed_error.abs() > *speed || blind >> j & 1 != 0;
             *state.0 = if moves { state.0.saturating_add(1) } else { 0 };
             if plain || *state.0 >= CONFIRMED {
