@@ -1,6 +1,6 @@
 //! From which tick on a fault's condition is complete and can be observed, by what the harness knows.
 
-use firmware::config::Safety;
+use firmware::config::{Gains, Safety};
 use shared::arm::{JOINTS, REFERENCE};
 use shared::wire::biss_c::LATCH_DELAY_S;
 
@@ -35,6 +35,8 @@ pub enum Condition {
     Released(f64),
     /// All brakes have reported open for this long, s.
     Opened(f64),
+    /// A disturbance estimate is at its bound.
+    AdaptationBound,
     /// Never.
     Never,
 }
@@ -72,6 +74,13 @@ impl Condition {
                 lasting(trial, s, |i| frames[i].pins.brake_release == [true; JOINTS])
             }
             Self::Opened(s) => lasting(trial, s, |i| trial.brakes_open[i] == [true; JOINTS]),
+            Self::AdaptationBound => {
+                let full = |i: &usize| {
+                    let learnt = frames[*i].record.d_hat.iter().zip(Gains::DEFAULT.d_max);
+                    learnt.into_iter().any(|(d, bound)| d.abs() >= bound)
+                };
+                (begun..frames.len()).find(full)
+            }
             Self::Never => None,
         }
     }

@@ -20,7 +20,7 @@ pub const TICK_HZ: u32 = 2_000;
 const REST_S: f64 = 1.0;
 /// And no longer than this after its path and all its orders, s.
 const PATIENCE_S: f64 = 3.0;
-/// Nor this after a brake slipped: the way to the rest pose at a tenth of the speed.
+/// Longer while the arm is lowered, at a tenth of the speed, but not beyond this, s.
 const LOWERING_S: f64 = 120.0;
 /// Boot and arming before the path, s.
 const START_UP_S: f64 = 3.0;
@@ -176,8 +176,10 @@ impl Ends {
         let mode = Mode::from_number(last.record.mode);
         let rested = f64::from(self.still) * TICK_S > REST_S && t_s > self.earliest_s;
         let armed = mode == Some(Mode::Holding) && t_s >= self.armed_s;
-        let patience_s = if mode == Some(Mode::Lowering) { LOWERING_S } else { 0.0 };
-        rested || armed || t_s > self.latest_s + patience_s
+        if mode == Some(Mode::Lowering) && t_s < LOWERING_S {
+            self.latest_s = self.latest_s.max(t_s + PATIENCE_S);
+        }
+        rested || armed || t_s > self.latest_s
     }
 }
 
