@@ -139,7 +139,7 @@ pub struct RunArgs {
 #[command(after_help = format!("{FAULTS_EXAMPLES}\n\n{FAULTS_EXIT_CODES}"))]
 pub struct FaultsArgs {
     /// Run this row of the fault table only, 1 to 27
-    #[arg(long, value_name = "N", value_parser = row_number)]
+    #[arg(long, value_name = "N", value_parser = row_number, allow_hyphen_values = true)]
     pub only: Option<u8>,
     /// Seed of every random number; rows that need several take those that follow
     #[arg(long, value_name = "N", value_parser = parse_seed, default_value = "1")]

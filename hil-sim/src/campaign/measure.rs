@@ -148,17 +148,20 @@ fn time_s(trial: &Trial, i: usize, by_ticks: bool) -> f64 {
     }
 }
 
-/// How far the tip is below `reference` at each step from `from` on, m.
+/// How far the tip is below `reference` at each step from `from` on, m. An arm that is lowered has a path of its own,
+/// and is measured against its end afterwards.
 pub fn sinking<'a>(
     trial: &'a Trial,
     from: usize,
     reference: &'a Track,
     by_ticks: bool,
 ) -> impl Iterator<Item = f64> + 'a {
+    let mut lowered = None;
     (from..trial.frames.len()).map(move |i| {
         let frame = &trial.frames[i];
+        lowered = wanted_height(frame).or(lowered);
         let height = || reference.height(time_s(trial, i, by_ticks));
-        wanted_height(frame).unwrap_or_else(height) - frame.tip_m[2]
+        lowered.unwrap_or_else(height) - frame.tip_m[2]
     })
 }
 
@@ -202,3 +205,6 @@ pub fn reported(trial: &Trial) -> (Fault, u8) {
     let fault = last.and_then(|f| Fault::from_number(f.record.fault)).unwrap_or(Fault::None);
     (fault, last.map_or(0, |f| f.record.joints))
 }
+
+#[cfg(test)]
+mod tests;

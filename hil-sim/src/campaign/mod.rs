@@ -5,23 +5,27 @@
 //! is compared with.
 
 mod bound;
+mod case;
 mod judge;
 mod measure;
 mod onset;
 mod pose;
 mod row;
 mod rows;
+#[cfg(test)]
+mod synthetic;
 mod table;
 mod trial;
+mod verdict;
 mod witness;
 
 use rayon::prelude::*;
 use serde::Serialize;
 
-pub use judge::Verdict;
 pub use measure::Reaction;
 pub use pose::{Pose, PoseError};
-pub use table::table;
+pub use table::{HEADER, line, table};
+pub use verdict::{Point, Verdict};
 
 use row::Variant;
 use rows::{ROWS, pairs};

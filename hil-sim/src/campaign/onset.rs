@@ -1,9 +1,10 @@
 //! From which tick on a fault's condition is complete and can be observed, by what the harness knows.
 
-use firmware::config::Safety;
+use firmware::config::{Gains, Safety};
 use shared::arm::{JOINTS, REFERENCE};
 use shared::wire::biss_c::LATCH_DELAY_S;
 
+use super::measure;
 use super::trial::{TICK_HZ, TICK_S, Trial};
 use super::witness::ADC;
 
@@ -26,7 +27,7 @@ pub enum Condition {
     Doubtful(usize),
     /// So many ticks came late.
     Late(u32),
-    /// A drive gave another torque than it was told, by more than what counts as wrong.
+    /// A drive gives another torque than it is told, and it shows.
     TorqueWrong(usize),
     /// A joint has moved by this much, rad or m.
     Moved(usize, f64),
@@ -34,6 +35,8 @@ pub enum Condition {
     Released(f64),
     /// All brakes have reported open for this long, s.
     Opened(f64),
+    /// A disturbance estimate is at its bound.
+    AdaptationBound,
     /// Never.
     Never,
 }
@@ -71,6 +74,13 @@ impl Condition {
                 lasting(trial, s, |i| frames[i].pins.brake_release == [true; JOINTS])
             }
             Self::Opened(s) => lasting(trial, s, |i| trial.brakes_open[i] == [true; JOINTS]),
+            Self::AdaptationBound => {
+                let full = |i: &usize| {
+                    let learnt = frames[*i].record.d_hat.iter().zip(Gains::DEFAULT.d_max);
+                    learnt.into_iter().any(|(d, bound)| d.abs() >= bound)
+                };
+                (begun..frames.len()).find(full)
+            }
             Self::Never => None,
         }
     }
@@ -144,16 +154,22 @@ fn late(trial: &Trial, begun: usize, count: u32) -> Option<usize> {
     late.map(|pair| pair[1])
 }
 
-/// The converter shows in a tick what acted in the step before it.
+/// The torque is wrong by more than what a drifting transducer may be (row 8), and moves the joint by more than noise:
+/// below both a dead drive cannot be told from a drift. Only until a stop begins, whose path is another. The converter
+/// shows in a tick what acted in the step before it.
 fn torque_wrong(trial: &Trial, begun: usize, j: usize) -> Option<usize> {
     let full = REFERENCE.drive_full_scale[j];
+    let Safety { torque_wrong, speed_error, .. } = Safety::REFERENCE;
     let wrong = |i: &usize| {
-        let told = (f64::from(trial.frames[*i - 1].record.dac[j]) - 32_768.0) / 32_768.0 * full;
-        let enabled = trial.frames[*i].pins.drive_enable[j] && trial.frames[*i].pins.sto;
-        enabled
-            && (trial.frames[*i].torque[j] - told).abs()
-                > f64::from(Safety::REFERENCE.torque_wrong[j])
+        let (frame, before) = (&trial.frames[*i], &trial.frames[*i - 1]);
+        let told = (f64::from(before.record.dac[j]) - 32_768.0) / 32_768.0 * full;
+        let speed = frame.qd[j] - trial.wanted_speed(*i)[j];
+        (frame.torque[j] - told).abs() > f64::from(torque_wrong[j])
+            && speed.abs() > f64::from(speed_error[j])
     };
-    let first = (begun.max(1)..trial.frames.len()).find(wrong)?;
-    trial.ticked_from(first + 1)
+    let stopped = measure::first_stop(trial, begun).unwrap_or(trial.frames.len());
+    trial.ticked_from((begun.max(1)..stopped).find(wrong)? + 1)
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,5 +1,7 @@
 //! What a row of the fault table is made of.
 
+use std::fmt;
+
 use shared::fault::{Fault, Limit, Refusal};
 
 use super::onset::Condition;
@@ -55,6 +57,23 @@ pub enum Sign {
     Nothing,
 }
 
+impl fmt::Display for Sign {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Fault(faults) => {
+                let names = faults.iter().map(|fault| fault.name()).collect::<Vec<_>>();
+                write!(f, "fault {}", names.join(" or "))
+            }
+            Self::Rejected(_) => f.write_str("rejected sample"),
+            Self::Limited(limit) => write!(f, "limit {}", limit.name()),
+            Self::Irregular => f.write_str("count of irregular ticks"),
+            Self::Refused => f.write_str("refusal"),
+            Self::Chain => f.write_str("open safety chain"),
+            Self::Nothing => f.write_str("sign"),
+        }
+    }
+}
+
 /// How far the tip may sink.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Drop {
@@ -64,6 +83,15 @@ pub enum Drop {
     Zero,
     /// As far as the bare plant with this fault acting until the reaction's limit, then an ideal reaction; 10 % more.
     Bound(Acting),
+}
+
+/// How the board breaks down.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Crash {
+    /// Hard fault.
+    HardFault,
+    /// Stack overflow.
+    StackOverflow,
 }
 
 /// What acts on the bare plant.
@@ -117,6 +145,8 @@ pub struct Variant {
     pub check: Option<Check>,
     /// The same again with seeds from the campaign's on.
     pub runs: u32,
+    /// The emulated board breaks down so; it is run there alone.
+    pub crash: Option<Crash>,
     /// Duration of the path, s, if not the usual one.
     pub path_s: Option<f64>,
 }
@@ -185,6 +215,7 @@ impl Variant {
             pose: None,
             check: None,
             runs: 1,
+            crash: None,
             path_s: None,
         }
     }

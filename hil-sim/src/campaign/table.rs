@@ -5,7 +5,8 @@ use shared::fault::Fault;
 
 use super::{Campaign, Cell};
 
-const HEADER: [&str; 8] = [
+/// Heads of [`line`]'s texts.
+pub const HEADER: [&str; 8] = [
     "row",
     "fault",
     "pose",
@@ -46,8 +47,8 @@ pub fn line(cell: &Cell) -> [String; 8] {
     let v = &cell.verdict;
     let ticks = |ticks: Option<u32>| ticks.map_or("-".into(), |ticks| ticks.to_string());
     let reaction = match v.fault {
-        (Fault::None, _) => v.reaction.name().to_owned(),
-        (fault, _) => format!("{}, {}", v.reaction.name(), fault.name()),
+        Fault::None => v.reaction.name().to_owned(),
+        fault => format!("{}, {}", v.reaction.name(), fault.name()),
     };
     [
         cell.row.to_string(),

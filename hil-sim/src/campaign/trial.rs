@@ -20,7 +20,7 @@ pub const TICK_HZ: u32 = 2_000;
 const REST_S: f64 = 1.0;
 /// And no longer than this after its path and all its orders, s.
 const PATIENCE_S: f64 = 3.0;
-/// Nor this after a brake slipped: the way to the rest pose at a tenth of the speed.
+/// Longer while the arm is lowered, at a tenth of the speed, but not beyond this, s.
 const LOWERING_S: f64 = 120.0;
 /// Boot and arming before the path, s.
 const START_UP_S: f64 = 3.0;
@@ -67,6 +67,8 @@ pub struct Trial {
     pub brakes_open: Vec<[bool; JOINTS]>,
     /// Index of the step at the path's start.
     pub start: Option<usize>,
+    /// The path.
+    pub path: Path,
     /// From power-up to the path's start, s.
     pub start_s: Option<f64>,
     /// Times since power-up and events.
@@ -85,7 +87,8 @@ pub fn run(plan: &Plan) -> Result<Trial, RunError> {
     let bench = session.bench();
     let mut software = Software::new(kept_of(scenario), &bench, session.retained(), &mut core)?;
     let witness = Witness::new(&arm_of(scenario));
-    let path = Path::of(scenario).command(&arm_of(scenario));
+    let path = Path::of(scenario);
+    let command = path.command(&arm_of(scenario));
     let watch_s =
         scenario.faults.iter().map(|fault| fault.at_s).fold(f64::INFINITY, f64::min) - FORESIGHT_S;
     let mut orders = plan.orders.iter().peekable();
@@ -97,7 +100,7 @@ pub fn run(plan: &Plan) -> Result<Trial, RunError> {
         if let Some(order) =
             orders.next_if(|order| t_s.is_some_and(|t_s| t_s > order.at_s - 0.5 * TICK_S))
         {
-            session.order(order.ask.command(&path));
+            session.order(order.ask.command(&command));
         }
         if !watched && (watch_s < -1.0 || t_s.is_some_and(|t_s| t_s > watch_s)) {
             bench.borrow_mut().keep_traffic();
@@ -118,6 +121,7 @@ pub fn run(plan: &Plan) -> Result<Trial, RunError> {
         seen,
         brakes_open,
         start: tape.start,
+        path,
         start_s: session.start_s(),
         events,
     })
@@ -172,8 +176,10 @@ impl Ends {
         let mode = Mode::from_number(last.record.mode);
         let rested = f64::from(self.still) * TICK_S > REST_S && t_s > self.earliest_s;
         let armed = mode == Some(Mode::Holding) && t_s >= self.armed_s;
-        let patience_s = if mode == Some(Mode::Lowering) { LOWERING_S } else { 0.0 };
-        rested || armed || t_s > self.latest_s + patience_s
+        if mode == Some(Mode::Lowering) && t_s < LOWERING_S {
+            self.latest_s = self.latest_s.max(t_s + PATIENCE_S);
+        }
+        rested || armed || t_s > self.latest_s
     }
 }
 
@@ -201,6 +207,12 @@ impl Trial {
     /// Index of the first step with a tick, at `index` or later.
     pub fn ticked_from(&self, index: usize) -> Option<usize> {
         (index..self.frames.len()).find(|i| self.frames[*i].ticked)
+    }
+
+    /// Joint speeds that the path has at a step, rad/s and m/s.
+    pub fn wanted_speed(&self, index: usize) -> [f64; JOINTS] {
+        let t_s = self.start_s.map_or(0.0, |start_s| self.frames[index].true_s - start_s);
+        self.path.at(t_s.max(0.0)).qd
     }
 
     /// Periods from one step to another, the first counting as one.

@@ -1,10 +1,16 @@
 //! `faults`: the fault campaign.
 
+use std::path::Path;
+
 use miette::IntoDiagnostic;
 
 use super::progress::Progress;
 use crate::campaign;
 use crate::cli::FaultsArgs;
+use crate::report;
+
+/// Where the report goes.
+const FOLDER: &str = "out/faults";
 
 /// Runs the campaign; `false` where a cell falls short.
 pub fn faults(args: &FaultsArgs) -> miette::Result<bool> {
@@ -13,10 +19,12 @@ pub fn faults(args: &FaultsArgs) -> miette::Result<bool> {
         campaign::run(args.only, args.seed, &|done, planned| progress.show(done, planned));
     drop(progress);
     let campaign = campaign.into_diagnostic()?;
+    let page = report::write_campaign(Path::new(FOLDER), &campaign).into_diagnostic()?;
     if args.json {
         println!("{}", serde_json::to_string(&campaign.json()).into_diagnostic()?);
     } else {
         print!("{}", campaign::table(&campaign));
+        println!("Report: {}", page.display());
     }
     Ok(campaign.passed() == campaign.cells.len())
 }

@@ -2,6 +2,7 @@
 
 mod arm_view;
 mod axis;
+mod campaign;
 mod evidence;
 mod figures;
 mod log;
@@ -15,6 +16,7 @@ use std::fs::{self, File};
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
+pub use campaign::write_campaign;
 use clap::ValueEnum;
 pub use table::table3;
 

@@ -13,16 +13,20 @@ pub(super) fn render(outcomes: &[Outcome]) -> Result<String, ReportError> {
     } else {
         figures::all(outcomes)?.iter().map(figure).collect::<String>()
     };
-    let title = escape(&title(outcomes));
-    Ok(format!(
+    let body = format!("{}\n{}\n{figures}", runs(outcomes), table3(outcomes));
+    Ok(framed(&title(outcomes), &body))
+}
+
+/// A page with a title.
+pub(super) fn framed(title: &str, body: &str) -> String {
+    let title = escape(title);
+    format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <title>{title}</title>\n<style>\n{STYLE}{}</style>\n</head>\n<body>\n<main>\n\
-         <h1>{title}</h1>\n{}\n{}\n{figures}</main>\n</body>\n</html>\n",
+         <h1>{title}</h1>\n{body}</main>\n</body>\n</html>\n",
         style::dash_rules(),
-        runs(outcomes),
-        table3(outcomes),
-    ))
+    )
 }
 
 fn title(outcomes: &[Outcome]) -> String {
@@ -83,7 +87,7 @@ fn unbroken(text: &str) -> String {
     text.split(' ').map(keep).collect::<Vec<_>>().join(" ")
 }
 
-fn figure(figure: &Figure) -> String {
+pub(super) fn figure(figure: &Figure) -> String {
     let legend: String = figure
         .legend
         .iter()
@@ -102,7 +106,7 @@ fn figure(figure: &Figure) -> String {
     )
 }
 
-fn html_table(header: &[String], rows: &[Vec<String>]) -> String {
+pub(super) fn html_table(header: &[String], rows: &[Vec<String>]) -> String {
     let line = |tag: &str, cells: &[String]| {
         let cells: String =
             cells.iter().map(|cell| format!("<{tag}>{}</{tag}>", escape(cell))).collect();

@@ -38,6 +38,11 @@ pub(super) const LIMIT: Stroke = stroke(0x000000, 2, "10 6");
 pub(super) const POSES: [Stroke; 3] =
     [stroke(0xA6CBE6, 4, "none"), stroke(0x4A8FC4, 4, "none"), stroke(0x0B3C66, 4, "none")];
 
+/// Cells of the fault campaign.
+pub(super) const PASSED: Stroke = stroke(0x56B4E9, 2, "none");
+/// See [`PASSED`].
+pub(super) const FAILED: Stroke = stroke(0xA01C00, 3, "8 4");
+
 pub(super) const TIP_PATH: Stroke = stroke(0xE69F00, 3, "none");
 
 const fn stroke(rgb: u32, width_px: u32, dash: &'static str) -> Stroke {
@@ -69,13 +74,16 @@ impl Stroke {
 
 /// Style sheet rules that give each dashed colour its pattern.
 pub(super) fn dash_rules() -> String {
-    [INERTIA, PD, PAPER, FIXED, LIMIT].into_iter().fold(String::new(), |mut rules, stroke| {
-        let _ = writeln!(
-            rules,
-            "polyline[stroke=\"{}\"] {{ stroke-dasharray: {}; }}",
-            stroke.hex(),
-            stroke.dash
-        );
-        rules
-    })
+    [INERTIA, PD, PAPER, FIXED, LIMIT, FAILED].into_iter().fold(
+        String::new(),
+        |mut rules, stroke| {
+            let _ = writeln!(
+                rules,
+                "polyline[stroke=\"{}\"] {{ stroke-dasharray: {}; }}",
+                stroke.hex(),
+                stroke.dash
+            );
+            rules
+        },
+    )
 }

@@ -1,7 +1,7 @@
 //! Rows 12 to 15: faults of drives and brakes.
 
 use firmware::config::Safety;
-use shared::arm::JOINTS;
+use shared::arm::{JOINTS, REFERENCE};
 use shared::command::Command;
 use shared::fault::{Fault, Mode};
 
@@ -12,6 +12,7 @@ use crate::campaign::pose::Pose;
 use crate::campaign::row::{Acting, Drop, Expect, POWER_UP, Sign, Variant, fault};
 use crate::campaign::trial::{Ask, Order, Trial};
 use crate::faults::{Injection, Kind, Target};
+use crate::plant::Model;
 
 pub fn enable_lost(_: &Pose) -> Ways {
     let ways = (0..JOINTS).map(|j| {
@@ -93,20 +94,34 @@ fn never_went(trial: &Trial, _: usize) -> Option<String> {
 /// After the stop's order the brakes have set and torque is off, s.
 const SET_S: f64 = 0.6;
 
-pub fn slips(_: &Pose) -> Ways {
-    let slip = |target| Injection { severity: 0.0, ..fault(Kind::BrakeSlip, target) }.at(SET_S);
-    let targets =
-        [(Target::Brake(1), 1), (Target::Brake(2), 2), (Target::Brake(3), 3), (Target::Brakes, 1)];
-    let ways = targets.map(|(target, j)| {
-        let sign = Sign::Fault(&[Fault::BrakeSlipped]);
+/// Share of a joint's load that a slipping brake still takes.
+const LEFT: f64 = 0.5;
+/// Friction of a sound brake over the torque limit.
+const HOLDING: f64 = 1.5;
+
+pub fn slips(pose: &Pose) -> Ways {
+    let mut model = Model::new(&REFERENCE);
+    model.set_payload(pose.payload_kg);
+    let load = model.gravity(&pose.q);
+    let slip = |j: usize| {
+        let share = LEFT * load[j].abs() / (HOLDING * REFERENCE.limits[j].tau_max);
+        fault(Kind::BrakeSlip, Target::Brake(j)).of(share).at(SET_S)
+    };
+    let way = |name: &str, j: usize, slips: Vec<Injection>| {
         // 5 and 10 ms.
-        let plain =
-            Variant::new(target.to_string(), vec![slip(target)], Expect::Lower, sign, 10, 20);
-        let way = f64::from(Safety::REFERENCE.slip[j]);
+        let sign = Sign::Fault(&[Fault::BrakeSlipped]);
+        let plain = Variant::new(name, slips, Expect::Lower, sign, 10, 20);
         let stop = Order { at_s: 0.0, ask: Ask::Plain(Command::Stop) };
-        plain.from(Condition::Moved(j, way)).ordered(vec![stop]).checked(locked_out)
-    });
-    Ok(ways.into())
+        let way = f64::from(Safety::REFERENCE.slip[j]);
+        plain.from(Condition::Moved(j, way)).ordered(vec![stop])
+    };
+    Ok(vec![
+        way("brake 2", 1, vec![slip(1)]).checked(locked_out),
+        way("brake 3", 2, vec![slip(2)]).checked(locked_out),
+        way("brakes 2 and 3", 1, vec![slip(1), slip(2)]).checked(locked_out),
+        // The telescope hangs in the rest pose: a brake that slips anywhere slips there, and torque has to hold it.
+        way("brake 4", 3, vec![slip(3)]),
+    ])
 }
 
 /// The arm ends in its brakes, and the fault is one that no order clears.

@@ -4,7 +4,7 @@ use shared::fault::Fault;
 
 use super::Ways;
 use crate::campaign::pose::Pose;
-use crate::campaign::row::{Drop, Expect, Sign, Variant, fault};
+use crate::campaign::row::{Acting, Crash, Drop, Expect, Sign, Variant, fault};
 use crate::faults::{Kind, Place, Target};
 
 pub fn flips(_: &Pose) -> Ways {
@@ -35,5 +35,13 @@ pub fn flips(_: &Pose) -> Ways {
 }
 
 pub fn crash(_: &Pose) -> Ways {
-    Err("runs on the emulated board only")
+    let crash = |name: &str, crash, faults| {
+        // 1 ms.
+        let way = Variant::new(name, Vec::new(), Expect::Hardware, Sign::Fault(faults), 2, 2);
+        Variant { crash: Some(crash), ..way }.dropping(Drop::Bound(Acting::Held))
+    };
+    Ok(vec![
+        crash("hard fault", Crash::HardFault, &[Fault::HardFault]),
+        crash("stack overflow", Crash::StackOverflow, &[Fault::StackOverflow]),
+    ])
 }

@@ -5,6 +5,7 @@ use shared::arm::JOINTS;
 use shared::fault::{Fault, Limit};
 
 use super::Ways;
+use crate::campaign::onset::Condition;
 use crate::campaign::pose::Pose;
 use crate::campaign::row::{Expect, Sign, Variant, fault};
 use crate::campaign::trial::Trial;
@@ -14,12 +15,16 @@ pub fn estimates(_: &Pose) -> Ways {
     let mut ways = Vec::new();
     for (j, value) in [(0, 1.0), (1, 1.0), (1, -1.0), (3, 1.0), (1, 50.0)] {
         let driven = value * f64::from(Gains::DEFAULT.d_max[j]);
-        let name = format!("joint {}: adaptation at {value} of its bound", j + 1);
+        let name = format!("joint {}: disturbance set to {value} of its bound", j + 1);
         let driven = vec![fault(Kind::DHat, Target::Joint(j)).of(driven)];
-        // At its very bound it leaves it again in the same tick.
-        let sign = if value.abs() > 1.0 { Sign::Limited(Limit::Adaptation) } else { Sign::Nothing };
-        ways.push(Variant::new(name, driven, Expect::Ss1OrNone, sign, 1, 100).checked(bounded));
+        let way = Variant::new(name, driven, Expect::Ss1OrNone, Sign::Nothing, 0, 100);
+        ways.push(way.checked(bounded));
     }
+    let payload = vec![fault(Kind::Payload, Target::Only).of(600.0)];
+    let sign = Sign::Limited(Limit::Adaptation);
+    let learnt = "adaptation driven to its bound by 600 kg";
+    let learnt = Variant::new(learnt, payload, Expect::Ss1OrNone, sign, 1, 100);
+    ways.push(learnt.from(Condition::AdaptationBound).checked(bounded));
     for (j, severity, what) in
         [(0, 0.0, "speed"), (1, 0.0, "speed"), (1, 1.0, "disturbance"), (3, 1.0, "disturbance")]
     {
@@ -68,7 +73,8 @@ pub fn extremes(pose: &Pose) -> Ways {
         huge(0, 30.0),
         huge(1, 24.0),
         huge(3, 31.0),
-        Variant::harmless("denormal disturbance", tiny).checked(finite),
+        // A change that no law has made may be told from a learnt one, and stopped.
+        Variant::harmless("denormal disturbance", tiny).or_stopped().checked(finite),
     ];
     if !pose.moves() {
         // The tip hangs below the column's axis: slewing hardly moves it, and the inertia about it is least.
