@@ -67,7 +67,7 @@ fn a_crash_is_left_by_clear_and_a_confirmed_pose_only() {
     let kept = kept_of(&scenario);
     let mut board =
         Breakable::start(&image.path, kept, session.retained(), session.bench()).expect("a board");
-    while session.start_s().is_none() || session.progress().0 < 6_000 {
+    while session.start_s().is_none() || session.progress().0 < 12_000 {
         session.tick(&mut board).expect("a tick");
     }
     board.crash(Crash::HardFault);
