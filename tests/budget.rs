@@ -57,7 +57,6 @@ fn every_tick_keeps_its_budget() {
     let mut table = Table::default();
     let mut sites = BTreeMap::new();
     for (name, scenario) in cases() {
-        println!("{name}");
         let trace = board::trace(&image, &plugin, &scenario);
         table.add(&name, &trace);
         add_sites(&mut sites, &trace);

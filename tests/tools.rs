@@ -161,6 +161,7 @@ fn what_cannot_be_bounded_is_refused_by_name() {
         ("SVCall", "sets the stack pointer"),
         ("DebugMonitor", "is recursive"),
         ("UsageFault", "returns before it has popped all"),
+        ("BusFault", "moves the stack pointer under a condition"),
     ] {
         let start = image.function_named(name).expect("handler").start;
         let refusal = stack::bound(&image, start, &[]).expect_err(name);
@@ -179,4 +180,12 @@ fn a_jump_table_and_a_conditional_return_are_followed() {
     let image = demo();
     let start = image.function_named("NonMaskableInt").expect("handler").start;
     assert_eq!(stack::bound(&image, start, &[]).expect("bound").bytes, 8 + 40);
+}
+
+/// By hand: five registers pushed, and three words more where the condition does not return.
+#[test]
+fn an_epilogue_under_a_condition_is_followed_both_ways() {
+    let image = demo();
+    let start = image.function_named("MemoryManagement").expect("handler").start;
+    assert_eq!(stack::bound(&image, start, &[]).expect("bound").bytes, 20 + 12);
 }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 use shared::arm::JOINTS;
 
+use crate::campaign;
 use crate::faults;
 use crate::outcome::{Adaptation, Law};
 use crate::scenario::bounds::{TICK_HZ, parse_seed, parse_tick_hz};
@@ -31,6 +32,18 @@ Examples:
 
 const FAULTS: &str = "\
 Faults that a scenario's [[fault]] tables inject, with their targets:";
+
+const FAULTS_EXAMPLES: &str = "\
+Examples:
+  hil-sim faults
+  hil-sim faults --only 12
+  hil-sim faults --seed 7 --json";
+
+const FAULTS_EXIT_CODES: &str = "\
+Exit codes:
+  0  every cell passes
+  1  a cell falls short
+  2  bad usage or bad input";
 
 const PIL_EXAMPLES: &str = "\
 Examples:
@@ -71,6 +84,8 @@ pub enum Command {
     Run(RunArgs),
     /// Run one scenario on the emulated board and compare it bit for bit with software
     Pil(PilArgs),
+    /// Run the fault campaign: every fault in every pose, and what comes of it
+    Faults(FaultsArgs),
     /// List the shipped scenarios
     List,
     /// Print the arm's dynamics in one state
@@ -117,6 +132,33 @@ pub struct RunArgs {
     /// Print the outcome as JSON
     #[arg(long)]
     pub json: bool,
+}
+
+/// Arguments of `faults`.
+#[derive(Args, Clone, Debug)]
+#[command(after_help = format!("{FAULTS_EXAMPLES}\n\n{FAULTS_EXIT_CODES}"))]
+pub struct FaultsArgs {
+    /// Run this row of the fault table only, 1 to 27
+    #[arg(long, value_name = "N", value_parser = row_number)]
+    pub only: Option<u8>,
+    /// Seed of every random number; rows that need several take those that follow
+    #[arg(long, value_name = "N", value_parser = parse_seed, default_value = "1")]
+    pub seed: u64,
+    /// Print the outcome as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Number of a row of the fault table.
+fn row_number(text: &str) -> Result<u8, String> {
+    let number = text.parse().ok().filter(|number| campaign::NUMBERS.contains(number));
+    number.ok_or_else(|| {
+        format!(
+            "must be a row of the fault table, {} to {}",
+            campaign::NUMBERS.start(),
+            campaign::NUMBERS.end()
+        )
+    })
 }
 
 /// Arguments of `pil`.

@@ -2,9 +2,11 @@
 //! metrics and reports. It knows the controller only by bytes on the bus, pins and telemetry.
 
 pub mod bench;
+pub mod campaign;
 pub mod chips;
 pub mod cli;
 pub mod commands;
+pub mod console;
 pub mod faults;
 pub mod metrics;
 pub mod operator;

@@ -3,4 +3,5 @@
 mod integration;
 mod modes;
 mod repeatability;
+mod stops;
 mod tracking;

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use firmware::config::{Body, Config, Law};
+use firmware::config::{Body, Config, ConfigError, Law};
 use shared::arm::JOINTS;
 
 type Set = fn(&mut Config, usize, f32);
@@ -29,7 +29,7 @@ const BODIES: usize = JOINTS + 1;
 const HUGE: f32 = 1e13;
 
 #[rustfmt::skip]
-const FIELDS: [Field; 31] = [
+const FIELDS: [Field; 60] = [
     field("tick_hz", 1, [999.0, 8_001.0], |c, _, v| c.tick_hz = v as u32),
     field("geometry_m", 1, [-20.1, 20.1], |c, _, v| c.arm.geometry.a1_m = v),
     field("geometry_m", 1, [-20.1, 20.1], |c, _, v| c.arm.geometry.a2_m = v),
@@ -65,6 +65,35 @@ const FIELDS: [Field; 31] = [
     field("kp", JOINTS, [-9_000.0, 1.1e6], |c, i, v| c.gains.kp[i] = v),
     field("kd", JOINTS, [-80.0, 1_001.0], |c, i, v| c.gains.kd[i] = v),
     field("observer_rad_s", 1, [-2_400.0, 6_001.0], |c, _, v| c.gains.observer_rad_s = v),
+    field("stop_s", 1, [0.04, 1.1], |c, _, v| c.safety.stop_s = v),
+    field("preload_s", 1, [0.004, 1.1], |c, _, v| c.safety.preload_s = v),
+    field("brake_open_s", 1, [0.01, 5.1], |c, _, v| c.safety.brake_open_s = v),
+    field("brake_set_s", 1, [0.01, 5.1], |c, _, v| c.safety.brake_set_s = v),
+    field("torque_tail_s", 1, [-0.05, 1.1], |c, _, v| c.safety.torque_tail_s = v),
+    field("test_move_s", 1, [0.04, 5.1], |c, _, v| c.safety.test_move_s = v),
+    field("test_move", JOINTS, [9e-6, 1.1e-2], |c, i, v| c.safety.test_move[i] = v),
+    field("link_timeout_s", 1, [0.01, 10.1], |c, _, v| c.safety.link_timeout_s = v),
+    field("jog_timeout_s", 1, [0.01, 1.1], |c, _, v| c.safety.jog_timeout_s = v),
+    field("rest_pose", JOINTS - 1, [-60.1, 60.1], |c, i, v| c.safety.rest_pose[i] = v),
+    field("lowering_share", 1, [0.009, 0.51], |c, _, v| c.safety.lowering_share = v),
+    field("rated_payload_kg", 1, [-1.0, 5_001.0], |c, _, v| c.safety.rated_payload_kg = v),
+    field("torque_reserve", 1, [0.09, 1.1], |c, _, v| c.safety.torque_reserve = v),
+    field("parked_tolerance", 1, [9e-4, 1.1], |c, _, v| c.safety.parked_tolerance = v),
+    field("unforeseen", JOINTS, [0.09, 1_001.0], |c, i, v| c.safety.unforeseen[i] = v),
+    field("violent", JOINTS, [0.9, 1.1e4], |c, i, v| c.safety.violent[i] = v),
+    field("torque_warn", JOINTS, [0.9, 1.1e6], |c, i, v| c.safety.torque_warn[i] = v),
+    field("torque_wrong", JOINTS, [0.9, 1.1e6], |c, i, v| c.safety.torque_wrong[i] = v),
+    field("speed_error", JOINTS, [9e-5, 10.1], |c, i, v| c.safety.speed_error[i] = v),
+    field("swing", JOINTS, [9e-6, 10.1], |c, i, v| c.safety.swing[i] = v),
+    field("tracking", JOINTS, [9e-6, 1.1], |c, i, v| c.safety.tracking[i] = v),
+    field("tracking_s", 1, [0.004, 5.1], |c, _, v| c.safety.tracking_s = v),
+    field("error_window", JOINTS, [9e-5, 1.1], |c, i, v| c.safety.error_window[i] = v),
+    field("overspeed", 1, [0.9, 3.1], |c, _, v| c.safety.overspeed = v),
+    field("overtravel", JOINTS, [-0.01, 1.1], |c, i, v| c.safety.overtravel[i] = v),
+    field("slip", JOINTS, [9e-8, 1.1e-2], |c, i, v| c.safety.slip[i] = v),
+    field("clock_hz", 1, [9e5, 1.1e9], |c, _, v| c.safety.clock_hz = v as u32),
+    field("budget", 1, [0.04, 0.96], |c, _, v| c.safety.budget = v),
+    field("conversions_hz", 1, [1_900.0, 1.1e6], |c, _, v| c.safety.conversions_hz = v),
 ];
 
 /// Each number of the configuration with its field.
@@ -85,9 +114,12 @@ fn each_wrong_number_is_refused_by_its_name() {
         // A whole number cannot be NaN or negative; the cast makes those 0, which is out of range too.
         for value in [f32::NAN, f32::NEG_INFINITY, f32::INFINITY, -HUGE, HUGE, below, above] {
             let error = with(field, index, value).validate().expect_err(field.name);
-            assert_eq!(error.field, field.name, "{value} at {index}: {error}");
-            assert!(!(error.value >= error.min && error.value <= error.max), "{error}");
             assert!(error.to_string().starts_with(field.name), "{error}");
+            let ConfigError::OutOfRange { field: name, value: found, min, max, .. } = error else {
+                panic!("{value} at {index}: {error}");
+            };
+            assert_eq!(name, field.name, "{value} at {index}: {error}");
+            assert!(!(found >= min && found <= max), "{error}");
         }
     }
 }
@@ -107,7 +139,7 @@ fn relations_between_numbers_are_kept() {
     let refused = |change: fn(&mut Config)| {
         let mut config = Config::default();
         change(&mut config);
-        config.validate().expect_err("a broken relation").field
+        config.validate().expect_err("a broken relation").field()
     };
     assert_eq!(refused(|c| c.joints[1].q_max = c.joints[1].q_min - 0.1), "q_max");
     assert_eq!(refused(|c| c.joints[1].encoder_zero = c.joints[1].q_min + 0.1), "encoder_zero");
@@ -122,5 +154,17 @@ fn the_defaults_are_accepted_at_every_offered_rate() {
     for tick_hz in [1_000, 2_000, 4_000, 8_000] {
         let config = Config::for_arm(&shared::arm::REFERENCE, tick_hz);
         assert_eq!(config.validate(), Ok(()), "{tick_hz} Hz");
+    }
+}
+
+#[test]
+fn a_flipped_bit_anywhere_is_damage() {
+    let config = Config::default();
+    let crc = config.crc();
+    assert_eq!(config.check(crc), Ok(()));
+    for bit in 0..8 * size_of::<Config>() {
+        let mut flipped = config;
+        bytemuck::bytes_of_mut(&mut flipped)[bit / 8] ^= 1 << (bit % 8);
+        assert_eq!(flipped.check(crc), Err(ConfigError::Damaged), "bit {bit}");
     }
 }

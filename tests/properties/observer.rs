@@ -1,7 +1,7 @@
 //! The tracking observer on known motions, in encoder counts.
 
 use firmware::config::{Config, Joint};
-use firmware::estimator::{Coefficients, FRACTION_BITS, Observer};
+use firmware::estimator::{FRACTION_BITS, Gains, Observer, Scale};
 use proptest::prelude::*;
 
 const TICK_HZ: f32 = 2_000.0;
@@ -13,8 +13,8 @@ fn joint(latch_ticks: f32) -> Joint {
     Joint { latch_offset_s: latch_ticks / TICK_HZ, ..Config::default().joints[0] }
 }
 
-fn coefficients(joint: &Joint) -> Coefficients {
-    Coefficients::new(joint, Config::default().gains.observer_rad_s, TICK_HZ)
+fn gains() -> Gains {
+    Gains::new(Config::default().gains.observer_rad_s, TICK_HZ)
 }
 
 /// Truth at tick `k`, counts, modulo the position word.
@@ -30,8 +30,8 @@ fn error_counts(observer: &Observer, counts: f64) -> f64 {
 }
 
 /// Speed in counts a tick.
-fn speed(observer: &Observer, c: &Coefficients, joint: &Joint) -> f64 {
-    f64::from(observer.velocity(c)) / f64::from(joint.encoder_lsb) / f64::from(TICK_HZ)
+fn speed(observer: &Observer, scale: &Scale, joint: &Joint) -> f64 {
+    f64::from(observer.velocity(scale)) / f64::from(joint.encoder_lsb) / f64::from(TICK_HZ)
 }
 
 proptest! {
@@ -39,13 +39,13 @@ proptest! {
     #[test]
     fn constant_velocity_becomes_exact(counts_a_tick in -3000i32..3000, start in 0.0..6.7e7f64) {
         let joint = joint(0.0);
-        let c = coefficients(&joint);
+        let (gains, scale) = (gains(), Scale::new(&joint, TICK_HZ));
         let mut observer = Observer::at_rest(code(start));
         let at = |k: u32| start.round() + f64::from(counts_a_tick) * f64::from(k);
         for k in 0..2 * SETTLED {
-            observer.update(&c, Some(code(at(k))));
+            observer.update(&gains, &scale, code(at(k)));
             if k >= SETTLED {
-                let speed = speed(&observer, &c, &joint);
+                let speed = speed(&observer, &scale, &joint);
                 let error = (speed - f64::from(counts_a_tick)).abs();
                 prop_assert!(error < 0.01 + 1e-6 * speed.abs(), "tick {k}: {speed}");
                 prop_assert!(error_counts(&observer, at(k)).abs() < 0.05, "tick {k}");
@@ -57,11 +57,11 @@ proptest! {
     #[test]
     fn latch_offset_is_carried_back(speed in -3000.0..3000.0f64, latch in 0.0f32..0.5) {
         let joint = joint(latch);
-        let c = coefficients(&joint);
+        let (gains, scale) = (gains(), Scale::new(&joint, TICK_HZ));
         let mut observer = Observer::at_rest(code(1e7));
         let at = |ticks: f64| 1e7 + speed * ticks;
         for k in 0..2 * SETTLED {
-            observer.update(&c, Some(code(at(f64::from(k) + f64::from(latch)))));
+            observer.update(&gains, &scale, code(at(f64::from(k) + f64::from(latch))));
         }
         let error = error_counts(&observer, at(f64::from(2 * SETTLED - 1)));
         prop_assert!(error.abs() < 1.0, "{error} counts");
@@ -71,13 +71,13 @@ proptest! {
     #[test]
     fn step_settles_without_much_overshoot(step in 1i32..30_000, up in any::<bool>()) {
         let joint = joint(0.0);
-        let c = coefficients(&joint);
+        let (gains, scale) = (gains(), Scale::new(&joint, TICK_HZ));
         let start = 3e7;
         let end = start + f64::from(if up { step } else { -step });
         let mut observer = Observer::at_rest(code(start));
         let mut overshoot: f64 = 0.0;
         for _ in 0..SETTLED {
-            observer.update(&c, Some(code(end)));
+            observer.update(&gains, &scale, code(end));
             let beyond = error_counts(&observer, end) * (end - start).signum();
             overshoot = overshoot.max(beyond);
         }
@@ -85,19 +85,19 @@ proptest! {
         let allowed = (-2.0f64).exp() * f64::from(step) + 1.0;
         prop_assert!(overshoot <= allowed, "{overshoot} of {step}");
         prop_assert!(error_counts(&observer, end).abs() < 0.05);
-        prop_assert!(speed(&observer, &c, &joint).abs() < 0.05);
+        prop_assert!(speed(&observer, &scale, &joint).abs() < 0.05);
     }
 
     /// The error after a step obeys e(k+2) = 2p e(k+1) - p² e(k) with both poles at p = exp(-omega T).
     #[test]
     fn both_poles_are_where_they_are_asked_for(step in 100i32..30_000, omega in 100.0f32..4_000.0) {
         let joint = joint(0.0);
-        let c = Coefficients::new(&joint, omega, TICK_HZ);
+        let (gains, scale) = (Gains::new(omega, TICK_HZ), Scale::new(&joint, TICK_HZ));
         let p = (-f64::from(omega) / f64::from(TICK_HZ)).exp();
         let end = 3e7 + f64::from(step);
         let mut observer = Observer::at_rest(code(3e7));
         let mut errors = || {
-            observer.update(&c, Some(code(end)));
+            observer.update(&gains, &scale, code(end));
             error_counts(&observer, end)
         };
         let mut last = [errors(), errors()];
@@ -113,17 +113,34 @@ proptest! {
     #[test]
     fn lost_samples_are_extrapolated(counts_a_tick in -3000i32..3000, lost in 1u32..20) {
         let joint = joint(0.0);
-        let c = coefficients(&joint);
+        let (gains, scale) = (gains(), Scale::new(&joint, TICK_HZ));
         let mut observer = Observer::at_rest(code(2e7));
         let at = |k: u32| 2e7 + f64::from(counts_a_tick) * f64::from(k);
         for k in 0..SETTLED {
-            observer.update(&c, Some(code(at(k))));
+            observer.update(&gains, &scale, code(at(k)));
         }
         for k in SETTLED..SETTLED + lost {
-            observer.update(&c, None);
+            observer.coast(1.0, 0.0);
             let error = error_counts(&observer, at(k));
             prop_assert!(error.abs() < 0.25, "{error} counts after {} lost", k - SETTLED + 1);
         }
-        prop_assert!((speed(&observer, &c, &joint) - f64::from(counts_a_tick)).abs() < 0.02);
+        prop_assert!((speed(&observer, &scale, &joint) - f64::from(counts_a_tick)).abs() < 0.02);
+    }
+
+    /// Without samples the model's acceleration goes on: speed by `a` a tick, position by its sum.
+    #[test]
+    fn the_models_acceleration_bridges_lost_samples(
+        counts_a_tick in -3000i32..3000, a_q6 in -64i32..64, lost in 1u32..100,
+    ) {
+        let start = 2e7;
+        let mut observer = Observer::at_rest(code(start));
+        observer.velocity = (counts_a_tick * 64) as f32;
+        for _ in 0..lost {
+            observer.coast(1.0, a_q6 as f32);
+        }
+        let (n, a) = (f64::from(lost), f64::from(a_q6) / 64.0);
+        let end = start + n * f64::from(counts_a_tick) + a * n * (n + 1.0) / 2.0;
+        prop_assert!(error_counts(&observer, end).abs() < 0.02);
+        prop_assert_eq!(observer.velocity, (counts_a_tick * 64 + a_q6 * lost as i32) as f32);
     }
 }

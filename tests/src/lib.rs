@@ -5,6 +5,7 @@ pub mod board;
 pub mod closed_loop;
 pub mod flow;
 pub mod image;
+pub mod it_block;
 pub mod mdh;
 pub mod price;
 pub mod reach;

@@ -5,7 +5,8 @@ use std::collections::{BTreeMap, HashMap};
 
 use crate::flow::{Flow, flow, stack_change};
 use crate::image::{Function, Image};
-use crate::thumb::{Class, Insn};
+use crate::it_block::{conditionals, epilogue_end};
+use crate::thumb::Insn;
 
 /// Largest exception frame, bytes: eight core words, S0 to S15, FPSCR and a reserved word (Armv7-M ARM, B1.5.7),
 /// and one word that aligns it to eight bytes.
@@ -92,7 +93,7 @@ impl Walk<'_> {
 
     /// Follows every path through one function with the stack's depth in bytes.
     fn frame(&self, function: &Function) -> Result<Frame, String> {
-        let conditional = conditional_instructions(self.image, function);
+        let conditional = conditionals(self.image, function);
         let mut frame = Frame { depth: 0, calls: BTreeMap::new() };
         let mut seen = HashMap::new();
         let mut todo = vec![(function.start, 0)];
@@ -105,7 +106,11 @@ impl Walk<'_> {
             let Some(insn) = self.image.code.get(&at) else {
                 return refuse(function, at, "is not code");
             };
-            let is_conditional = conditional.contains(&at);
+            if let Some(end) = epilogue_end(self.image, &conditional, at, before) {
+                todo.push((end, before));
+                continue;
+            }
+            let is_conditional = conditional.contains_key(&at);
             let going = flow(self.image, at, insn, is_conditional);
             let depth = depth_after(function, at, insn, before, is_conditional, &going)?;
             frame.depth = frame.depth.max(depth);
@@ -192,24 +197,4 @@ fn depth_after(
         Some(depth) => Ok(depth),
         None => refuse(function, at, "pops more than was pushed"),
     }
-}
-
-/// Addresses inside IT blocks: one to four instructions after each IT, by its mask's lowest set bit.
-fn conditional_instructions(image: &Image, function: &Function) -> Vec<u32> {
-    let mut found = Vec::new();
-    let mut left = 0;
-    for (&at, insn) in image.code.range(function.start..function.end) {
-        if left > 0 {
-            found.push(at);
-            left -= 1;
-        }
-        if insn.class == Class::IfThen {
-            left = it_length(insn);
-        }
-    }
-    found
-}
-
-fn it_length(insn: &Insn) -> u32 {
-    4 - u32::from(insn.hw1 & 15).trailing_zeros()
 }

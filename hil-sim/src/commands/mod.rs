@@ -1,5 +1,6 @@
 //! What the commands of the command line do.
 
+mod faults;
 mod model;
 mod pil;
 mod progress;
@@ -19,6 +20,7 @@ pub fn execute(cli: &Cli) -> miette::Result<bool> {
         None => run::table3(),
         Some(Command::Run(args)) => run::run(args),
         Some(Command::Pil(args)) => pil::pil(args),
+        Some(Command::Faults(args)) => faults::faults(args),
         Some(Command::List) => {
             list();
             Ok(true)

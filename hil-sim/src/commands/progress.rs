@@ -7,7 +7,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 /// Work shorter than this shows no bar.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// Progress of one piece of work, counted in ticks.
+/// Progress of one piece of work.
 #[derive(Debug)]
 pub struct Progress {
     bar: ProgressBar,
@@ -15,12 +15,16 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// Progress labelled `label`.
+    /// Progress labelled `label`, counted in ticks.
     pub fn new(label: &str) -> Self {
+        Self::counting(label, "ticks")
+    }
+
+    /// Progress labelled `label`, counted in `units`.
+    pub fn counting(label: &str, units: &str) -> Self {
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden());
-        if let Ok(style) =
-            ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len} ticks, {eta} left")
-        {
+        let template = format!("{{msg}} {{wide_bar}} {{pos}}/{{len}} {units}, {{eta}} left");
+        if let Ok(style) = ProgressStyle::with_template(&template) {
             bar.set_style(style);
         }
         bar.set_message(label.to_owned());

@@ -166,8 +166,8 @@ fn report(name: &str, value: u32) {
     }
 }
 
-// Five handlers that never run: four with a stack that cannot be bounded, one with a jump table and a return under a
-// condition.
+// Handlers that never run: with a stack that cannot be bounded, with a jump table and a return under a condition, with
+// an epilogue of several pops under a condition, and with pops of which a condition leaves some out.
 static POINTER: AtomicU32 = AtomicU32::new(0);
 
 #[exception]
@@ -179,7 +179,7 @@ fn PendSV() {
 
 core::arch::global_asm!(
     ".section .text.odd, \"ax\"",
-    ".global SVCall, DebugMonitor, NonMaskableInt, UsageFault",
+    ".global SVCall, DebugMonitor, NonMaskableInt, UsageFault, MemoryManagement, BusFault",
     ".type UsageFault, %function",
     ".thumb_func",
     "UsageFault:",
@@ -231,6 +231,31 @@ core::arch::global_asm!(
     "bl DebugMonitor",
     "pop {{r7, pc}}",
     ".size DebugMonitor, . - DebugMonitor",
+    ".type MemoryManagement, %function",
+    ".thumb_func",
+    "MemoryManagement:",
+    "push {{r4, lr}}",
+    "push.w {{r8, r9, r11}}",
+    "cmp r0, #0",
+    "itt eq",
+    "popeq.w {{r8, r9, r11}}",
+    "popeq {{r4, pc}}",
+    "sub sp, #12",
+    "add sp, #12",
+    "pop.w {{r8, r9, r11}}",
+    "pop {{r4, pc}}",
+    ".size MemoryManagement, . - MemoryManagement",
+    ".type BusFault, %function",
+    ".thumb_func",
+    "BusFault:",
+    "push {{r4, lr}}",
+    "push.w {{r8, r9, r11}}",
+    "cmp r0, #0",
+    "ite eq",
+    "popeq.w {{r8, r9, r11}}",
+    "popne {{r4, pc}}",
+    "pop {{r4, pc}}",
+    ".size BusFault, . - BusFault",
 );
 
 #[entry]

@@ -86,7 +86,7 @@ impl Mode {
             Self::Moving(_) | Self::Jogging { .. } if events.silence > timing.link => {
                 Finding::new(Fault::LinkLost)
             }
-            Self::Arming { ticks, open: 0, .. } if *ticks > timing.preload + timing.brake_open => {
+            Self::Arming { ticks, open: 0, .. } if *ticks >= timing.preload + timing.brake_open => {
                 Finding { fault: Fault::BrakeNotReleased, joints: ALL & !events.brakes.open }
             }
             Self::Arming { open, began, .. } if *open == timing.calm + timing.test.ticks / 2 => {
