@@ -80,6 +80,13 @@ impl Console {
         bytes
     }
 
+    /// Leaves the session, which a board forgets at its reset, and says Hello with another challenge.
+    pub fn start_over(&mut self) {
+        let [first, ..] = &mut self.challenge;
+        *first = first.wrapping_add(1);
+        (self.session, self.greeted, self.left) = (None, false, 0);
+    }
+
     /// A Hello.
     pub fn hello(&mut self) -> Frame {
         let hello = Hello { challenge: self.challenge, reserved: [0; 24] };
