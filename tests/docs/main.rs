@@ -3,6 +3,7 @@
 mod faults;
 mod link;
 mod markdown;
+mod scenarios;
 mod supervisor;
 mod thresholds;
 mod values;

@@ -29,7 +29,7 @@ const BODIES: usize = JOINTS + 1;
 const HUGE: f32 = 1e13;
 
 #[rustfmt::skip]
-const FIELDS: [Field; 59] = [
+const FIELDS: [Field; 60] = [
     field("tick_hz", 1, [999.0, 8_001.0], |c, _, v| c.tick_hz = v as u32),
     field("geometry_m", 1, [-20.1, 20.1], |c, _, v| c.arm.geometry.a1_m = v),
     field("geometry_m", 1, [-20.1, 20.1], |c, _, v| c.arm.geometry.a2_m = v),
@@ -84,6 +84,7 @@ const FIELDS: [Field; 59] = [
     field("torque_warn", JOINTS, [0.9, 1.1e6], |c, i, v| c.safety.torque_warn[i] = v),
     field("torque_wrong", JOINTS, [0.9, 1.1e6], |c, i, v| c.safety.torque_wrong[i] = v),
     field("speed_error", JOINTS, [9e-5, 10.1], |c, i, v| c.safety.speed_error[i] = v),
+    field("swing", JOINTS, [9e-6, 10.1], |c, i, v| c.safety.swing[i] = v),
     field("tracking", JOINTS, [9e-6, 1.1], |c, i, v| c.safety.tracking[i] = v),
     field("tracking_s", 1, [0.004, 5.1], |c, _, v| c.safety.tracking_s = v),
     field("error_window", JOINTS, [9e-5, 1.1], |c, i, v| c.safety.error_window[i] = v),

@@ -1,6 +1,6 @@
 //! Every limit of the monitors and time of the supervisor against its formula in `f64`.
 
-use firmware::config::{Config, Safety};
+use firmware::config::{Config, Law, Safety};
 use firmware::monitor::Thresholds;
 use proptest::prelude::*;
 use shared::arm::{JOINTS, REFERENCE};
@@ -13,7 +13,7 @@ enum Word {
     Cut(f64),
     /// Seconds as the nearest number of ticks.
     Ticks(f64),
-    /// A position word that may be off by 5e-7 rad or m: `f32` differences of up to 6 rad.
+    /// A position word that may be off by 1e-6 rad or m: `f32` differences of up to 6 rad.
     Position {
         words: f64,
         off: f64,
@@ -77,6 +77,12 @@ impl Table {
         let window = |a: [f32; JOINTS]| move |j| Word::Cut(8.0 + f64::from(a[j]) / per_count[j]);
         self.each("tight", window(config.safety.unforeseen));
         self.each("wide", window(config.safety.violent));
+        let stuck = match config.gains.law {
+            Law::INERTIA_WEIGHTED => 8.0,
+            Law::PD => 1_024.0,
+            _ => 32.0,
+        };
+        self.one("stuck", Word::Cut(stuck * 64.0));
         self.each("per_acceleration", |j| Word::Float(64.0 / per_count[j]));
     }
 
@@ -101,6 +107,10 @@ impl Table {
         self.floats("tracking", s.tracking);
         self.one("lasting error", Word::Cut(f64::from(s.tracking_s) * self.hz));
         self.floats("error window", s.error_window);
+        // Half a count a tick is what quantisation leaves of a speed.
+        let hz = self.hz;
+        self.each("swing", |j| Word::Float(f64::from(s.swing[j]) + 0.5 * LSB[j] * hz));
+        self.one("period", Word::Cut(0.05 * self.hz));
     }
 
     fn clock(&mut self, s: &Safety) {
@@ -121,12 +131,11 @@ impl Table {
         self.ticks("preload", s.preload_s);
         self.ticks("brake open", s.brake_open_s);
         self.ticks("calm", 0.1);
-        self.ticks("test", s.test_move_s);
-        let (test_s, stop_s) = (f64::from(s.test_move_s), f64::from(s.stop_s));
-        self.one("test per tick", Word::Float(1.0 / (test_s * self.hz)));
-        self.one("test per s", Word::Float(1.0 / test_s));
-        self.each("test words", |j| Word::Float(f64::from(s.test_move[j]) / LSB[j] * 64.0));
-        self.floats("test move", s.test_move);
+        self.bump(s.test_move_s.into(), s.test_move.map(f64::from));
+        // Twice the 24 counts that tell a stuck encoder at rest, none where it would show.
+        let watch = LSB.map(|lsb| if 48.0 * lsb <= 2e-5 { 48.0 * lsb } else { 0.0 });
+        self.bump(0.1, watch);
+        let stop_s = f64::from(s.stop_s);
         self.one("stop", Word::Float(stop_s * self.hz));
         self.one("stop per tick", Word::Float(1.0 / (stop_s * self.hz)));
         self.one("stop per s", Word::Float(1.0 / stop_s));
@@ -141,10 +150,19 @@ impl Table {
         self.each("jog highest", |j| position(j, REFERENCE.limits[j].q_max));
         self.each("parked", |j| Word::Cut(f64::from(s.parked_tolerance) / LSB[j]));
     }
+
+    /// A motion out and back.
+    fn bump(&mut self, duration_s: f64, amplitude: [f64; JOINTS]) {
+        self.ticks("bump", duration_s);
+        self.one("bump per tick", Word::Float(1.0 / (duration_s * self.hz)));
+        self.one("bump per s", Word::Float(1.0 / duration_s));
+        self.each("bump words", |j| Word::Float(amplitude[j] / LSB[j] * 64.0));
+        self.each("bump", |j| Word::Float(amplitude[j]));
+    }
 }
 
 fn off(j: usize) -> f64 {
-    5e-7 / LSB[j] * 64.0
+    1e-6 / LSB[j] * 64.0
 }
 
 fn position(j: usize, q: f64) -> Word {
@@ -170,8 +188,10 @@ proptest! {
     #[test]
     fn every_threshold_follows_from_the_configuration(
         safety in safeties(), tick_hz in proptest::sample::select(vec![1_000u32, 2_000, 4_000, 8_000]),
+        law in 0..4u32,
     ) {
-        let config = Config { safety, ..Config::for_arm(&REFERENCE, tick_hz) };
+        let mut config = Config { safety, ..Config::for_arm(&REFERENCE, tick_hz) };
+        config.gains.law = Law(law);
         prop_assert_eq!(config.validate(), Ok(()));
         let mut thresholds: Thresholds = bytemuck::zeroed();
         thresholds.set(&config);

@@ -21,7 +21,8 @@ pub const STAGES: &[Stage] = &[
     ("monitor", &["control::monitor::", "controller::sample::", "::sample"]),
     ("trajectory", &["control::path::", "supervisor::follow::", "set_point", "Core::aim"]),
     ("kinematics and dynamics", &["control::dynamics::"]),
-    ("law and adaptation", &["control::law::", "controller::control::"]),
+    ("law and adaptation", &["control::law::"]),
+    ("control", &["controller::control::"]),
     ("supervise", &["controller::decide::", "::supervise", "control::supervisor::"]),
     ("telemetry", &["Core>::record", "RecordSink"]),
     (
@@ -56,6 +57,9 @@ pub fn plugin() -> PathBuf {
 }
 
 /// Runs `scenario` on `image` and prices each tick, from reset to the end.
+///
+/// # Panics
+/// Where emulator or plug-in fail.
 pub fn trace(image: &Image, plugin: &std::path::Path, scenario: &Scenario) -> Trace {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let request = Request { plugin, folder: folder.path(), tick: "tick", stages: STAGES };
@@ -66,7 +70,9 @@ pub fn trace(image: &Image, plugin: &std::path::Path, scenario: &Scenario) -> Tr
         Emulator::start_with(&image.path, &config, session.retained(), session.bench(), &arguments)
             .expect("the emulator starts");
     while !session.is_over() {
-        session.tick(&mut board).expect("the emulator goes on");
+        let ticked = session.tick(&mut board);
+        ticked
+            .unwrap_or_else(|e| panic!("{}, period {}: {e}", scenario.name, session.progress().0));
     }
     board.stop().expect("the emulator ends");
     trace::results(folder.path()).expect("the plug-in's results")

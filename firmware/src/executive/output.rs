@@ -47,8 +47,10 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<'_, S, O, I> {
         let codes = torque.component_mul(scales).map(dac_code).into();
         if self.dac_ready {
             let answer = self.dac.write(&mut self.io.dac, codes);
-            // Without a valid status the DAC may have been reset and echo codes that move nothing.
-            if answer.accepted && answer.status.is_some() {
+            // Without a valid status the DAC may have been reset and echo codes that move nothing. After a spoilt
+            // write none can come: it answers that write's question.
+            let known = answer.status.is_some() || !(answer.reset || self.core.is_acknowledged());
+            if answer.accepted && known {
                 self.core.written(torque);
             } else {
                 self.core.not_written(answer.reset);

@@ -19,7 +19,8 @@ const BRAKE: f64 = 1.5;
 const SUBSTEPS: u32 = 10;
 
 /// The bound, m: the state is that of step `from` of `trial`, the torques are those of the step before, and the
-/// reaction comes `limit` ticks later. Heights count from `reference`.
+/// reaction comes up to `limit` ticks later, whenever that is worst: a fault may lift the arm until then. Heights count
+/// from `reference`.
 pub fn bound_m(
     trial: &Trial,
     from: usize,
@@ -29,42 +30,71 @@ pub fn bound_m(
     reference: &Track,
 ) -> f64 {
     let t_s = trial.frames[from].true_s - trial.start_s.unwrap_or(0.0);
-    let heights = match acting {
-        Acting::Isolated(j) => isolated(trial, from, limit, j, scenario),
-        _ => cut(trial, from, limit, acting, scenario.plant.payload_kg),
+    let sinking = |limit| {
+        let heights = match acting {
+            Acting::Isolated(j) => isolated(trial, from, limit, j, scenario),
+            _ => cut(trial, from, limit, acting, scenario),
+        };
+        let below = heights.iter().enumerate();
+        below.map(|(i, h)| reference.height(t_s + i as f64 * TICK_S) - h).fold(0.0, f64::max)
     };
-    let sinking =
-        heights.iter().enumerate().map(|(i, h)| reference.height(t_s + i as f64 * TICK_S) - h);
-    MARGIN * sinking.fold(0.0, f64::max)
+    MARGIN * (0..=limit).map(sinking).fold(0.0, f64::max)
 }
 
 /// Torque of the fault until the limit, then none and all brakes.
-fn cut(trial: &Trial, from: usize, limit: u32, acting: Acting, payload_kg: f64) -> Vec<f64> {
+fn cut(trial: &Trial, from: usize, limit: u32, acting: Acting, scenario: &Scenario) -> Vec<f64> {
     let (frame, before) = (&trial.frames[from], &trial.frames[from - 1]);
+    let t_s = frame.true_s - trial.start_s.unwrap_or(0.0);
     let disturbance = Disturbance::new(FRICTION, Ratios::Fixed(RATIOS));
     let mut plant = Plant::in_motion(&REFERENCE, frame.q, frame.qd, disturbance, 1);
-    plant.set_payload(payload_kg);
-    let torque = spoilt(before.torque, acting);
+    plant.set_payload(scenario.plant.payload_kg);
+    let law = Law { path: Path::of(scenario), scenario };
     (0..(FOLLOWED_S / TICK_S) as u32)
         .map(|tick| {
             let acts = tick < limit;
             plant.set_brake_release([acts; JOINTS]);
             let height = plant.tip().position_m[2];
-            plant.step(if acts { torque } else { [0.0; JOINTS] }, TICK_S);
+            let torque = match acting {
+                _ if !acts => [0.0; JOINTS],
+                Acting::Held => before.torque,
+                Acting::Limp | Acting::Isolated(_) => [0.0; JOINTS],
+                Acting::Stuck(j, share) => {
+                    let mut torque = law.torque(&plant, t_s + f64::from(tick) * TICK_S);
+                    torque[j] = share * REFERENCE.drive_full_scale[j];
+                    torque
+                }
+                Acting::Inverted(j) => {
+                    let mut torque = law.torque(&plant, t_s + f64::from(tick) * TICK_S);
+                    torque[j] = -torque[j];
+                    torque
+                }
+            };
+            plant.step(torque, TICK_S);
             height
         })
         .collect()
 }
 
-fn spoilt(mut torque: Joints, acting: Acting) -> Joints {
-    match acting {
-        Acting::Held => {}
-        Acting::Limp => torque = [0.0; JOINTS],
-        Acting::Stuck(j, share) => torque[j] = share * REFERENCE.drive_full_scale[j],
-        Acting::Inverted(j) => torque[j] = -torque[j],
-        Acting::Isolated(j) => torque[j] = 0.0,
+/// The law with a true model and true measurements: what acts where a drive does not do as it is told.
+struct Law<'a> {
+    path: Path,
+    scenario: &'a Scenario,
+}
+
+impl Law<'_> {
+    fn torque(&self, plant: &Plant, t_s: f64) -> Joints {
+        let (q, qd, desired) = (plant.q(), plant.qd(), self.path.at(t_s));
+        let (k1, k2) = (self.scenario.controller.k1, self.scenario.controller.k2);
+        let wanted = std::array::from_fn(|j| {
+            let (e, rate) = (q[j] - desired.q[j], qd[j] - desired.qd[j]);
+            desired.qdd[j] - (k1 + k2) * rate - (1.0 + k1 * k2) * e
+        });
+        let torque = plant.model().inverse_dynamics(&q, &qd, &wanted);
+        std::array::from_fn(|j| {
+            let limit = REFERENCE.limits[j].tau_max;
+            (torque[j] + FRICTION[j] * qd[j]).clamp(-limit, limit)
+        })
     }
-    torque
 }
 
 /// Joint `j` is limp and gets its brake at the limit; the others stop along the path.

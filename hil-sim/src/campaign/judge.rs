@@ -1,7 +1,7 @@
 //! One cell of the campaign: a variant in a pose, beside its twin and the run that it is measured against.
 
 use shared::arm::JOINTS;
-use shared::fault::{Fault, Refusal};
+use shared::fault::{Fault, Mode, Refusal};
 
 use super::bound::bound_m;
 use super::measure::{self, Reaction, Track};
@@ -130,6 +130,7 @@ impl Case<'_> {
             due.iter().map(|(i, ticks)| trial.ticks(onset, *i) - 1 + ticks).min()
         });
 
+        let begun = if v.expect == Expect::NoGo { armed(trial).unwrap_or(begun) } else { begun };
         let never_armed = trial.start.is_none() && matches!(v.expect, Expect::NoArm);
         let (reaction, reacted) =
             if never_armed { (Reaction::NoArm, None) } else { measure::reaction(trial, begun) };
@@ -162,9 +163,13 @@ impl Case<'_> {
                 bound_m * 1e3
             ));
         }
-        if v.orders.is_empty() && measure::moved_again(trial, begun) && reaction != Reaction::Lower
-        {
+        let again = reacted.is_some_and(|at| measure::moved_again(trial, at));
+        if v.orders.is_empty() && again && reaction != Reaction::Lower {
             short.push("the arm moved again without a new arm".into());
+        }
+        let astray_m = measure::astray_m(trial, begun.min(from), &reference, v.by_ticks);
+        if v.drop == Drop::Zero && !(astray_m <= ZERO_M) {
+            short.push(format!("the tip is {:.3} mm away from its path", astray_m * 1e3));
         }
         if let Some(complaint) = v.check.and_then(|check| check(trial, from)) {
             short.push(complaint);
@@ -258,7 +263,7 @@ impl Case<'_> {
             Expect::Lower => &[Reaction::Lower],
         };
         let orders_stop =
-            self.variant.orders.iter().any(|order| order.ask == Ask::Plain(Command::Stop));
+            self.variant.orders.iter().any(|order| matches!(order.ask, Ask::Plain(Command::Stop)));
         if !wanted.contains(&reaction) && !(orders_stop && wanted == [Reaction::None]) {
             short.push(format!(
                 "reaction {} ({}), not {}",
@@ -305,10 +310,10 @@ impl Case<'_> {
     fn reference(&self, trial: &Trial, begun: usize, from: usize, reaction: Reaction) -> Track {
         let v = self.variant;
         if trial.start.is_none_or(|start| begun < start) {
-            return Track::at_rest(trial.frames[0].tip_m[2]);
+            return Track::at_rest(trial.frames[0].tip_m);
         }
         if v.expect == Expect::Lower {
-            return Track::at_rest(trial.frames[begun].tip_m[2]);
+            return Track::at_rest(trial.frames[begun].tip_m);
         }
         let goes_on = matches!(reaction, Reaction::None) || !v.orders.is_empty();
         let at_s = trial.frames[from].true_s - trial.start_s.unwrap_or(0.0) - self.middle_s();
@@ -316,7 +321,7 @@ impl Case<'_> {
         let orders: &[Order] = if goes_on { &[] } else { &stop };
         match run(&self.plan(&[], &[&v.orders, orders], true)) {
             Ok(run) => Track::of(&run),
-            Err(_) => Track::at_rest(f64::NAN),
+            Err(_) => Track::at_rest([f64::NAN; 3]),
         }
     }
 
@@ -346,6 +351,11 @@ impl Case<'_> {
             && measure::sign(&trial, start.max(1), v.sign).is_some();
         (stopped && v.orders.is_empty()) || alarmed
     }
+}
+
+/// First step of arming.
+fn armed(trial: &Trial) -> Option<usize> {
+    trial.frames.iter().position(|f| f.record.mode == Mode::Arming as u8)
 }
 
 /// Whether any brake is released at or after step `from`.

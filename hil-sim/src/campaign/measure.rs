@@ -106,53 +106,69 @@ pub fn sign(trial: &Trial, from: usize, sign: Sign) -> Option<usize> {
     (from..trial.frames.len()).find(|i| ticked(&trial.frames[*i]) && shows(&trial.frames[*i]))
 }
 
-/// Height of a tip over time since the path's start, step by step.
+/// Places of a tip over time since the path's start, step by step, world axes, m.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track {
-    heights: Vec<f64>,
+    tips: Vec<[f64; 3]>,
 }
 
 impl Track {
     /// Of a run without faults in its clock.
     pub fn of(trial: &Trial) -> Self {
         let start = trial.start.unwrap_or(0);
-        Self { heights: trial.frames[start..].iter().map(|f| f.tip_m[2]).collect() }
+        Self { tips: trial.frames[start..].iter().map(|f| f.tip_m).collect() }
     }
 
-    /// Standing still at a height.
-    pub fn at_rest(height_m: f64) -> Self {
-        Self { heights: vec![height_m] }
+    /// Standing still.
+    pub fn at_rest(tip_m: [f64; 3]) -> Self {
+        Self { tips: vec![tip_m] }
     }
 
-    /// Heights from the start on, one a tick.
-    pub fn from_heights(heights: Vec<f64>) -> Self {
-        Self { heights }
-    }
-
-    /// Height at `t_s`, between two steps by the straight line, m.
-    pub fn height(&self, t_s: f64) -> f64 {
+    /// Place at `t_s`, between two steps on the straight line, m.
+    pub fn tip(&self, t_s: f64) -> [f64; 3] {
         let place = (t_s / TICK_S).max(0.0);
         let (i, rest) = (place.floor() as usize, place.fract());
-        let last = self.heights.len().saturating_sub(1);
-        let at = |i: usize| self.heights.get(i.min(last)).copied().unwrap_or(f64::NAN);
-        at(i) + rest * (at(i + 1) - at(i))
+        let last = self.tips.len().saturating_sub(1);
+        let at = |i: usize| self.tips.get(i.min(last)).copied().unwrap_or([f64::NAN; 3]);
+        let (a, b) = (at(i), at(i + 1));
+        std::array::from_fn(|axis| a[axis] + rest * (b[axis] - a[axis]))
+    }
+
+    /// Height at `t_s`, m.
+    pub fn height(&self, t_s: f64) -> f64 {
+        self.tip(t_s)[2]
     }
 }
 
-/// How far the tip sinks below `reference` at each step from `from` on, m; `by_ticks` compares step with step.
+/// Time of step `i` on the reference's scale, s; `by_ticks` compares step with step.
+fn time_s(trial: &Trial, i: usize, by_ticks: bool) -> f64 {
+    match by_ticks {
+        true => i.saturating_sub(trial.start.unwrap_or(0)) as f64 * TICK_S,
+        false => trial.frames[i].true_s - trial.start_s.unwrap_or(0.0),
+    }
+}
+
+/// How far the tip is below `reference` at each step from `from` on, m.
 pub fn sinking<'a>(
     trial: &'a Trial,
     from: usize,
     reference: &'a Track,
     by_ticks: bool,
 ) -> impl Iterator<Item = f64> + 'a {
-    let (start, start_s) = (trial.start.unwrap_or(0), trial.start_s.unwrap_or(0.0));
     (from..trial.frames.len()).map(move |i| {
         let frame = &trial.frames[i];
-        let t_s =
-            if by_ticks { i.saturating_sub(start) as f64 * TICK_S } else { frame.true_s - start_s };
-        wanted_height(frame).unwrap_or_else(|| reference.height(t_s)) - frame.tip_m[2]
+        let height = || reference.height(time_s(trial, i, by_ticks));
+        wanted_height(frame).unwrap_or_else(height) - frame.tip_m[2]
     })
+}
+
+/// Longest distance of the tip from `reference`, in any direction, m.
+pub fn astray_m(trial: &Trial, from: usize, reference: &Track, by_ticks: bool) -> f64 {
+    let distance = |i: usize| {
+        let (tip, wanted) = (trial.frames[i].tip_m, reference.tip(time_s(trial, i, by_ticks)));
+        tip.iter().zip(wanted).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
+    };
+    (from..trial.frames.len()).map(distance).fold(0.0, f64::max)
 }
 
 /// On its way to the rest pose the tip has a path of its own: that of the set-point.
@@ -173,14 +189,7 @@ pub fn drop_m(trial: &Trial, from: usize, reference: &Track, by_ticks: bool) -> 
     sinking(trial, from, reference, by_ticks).fold(0.0, f64::max)
 }
 
-/// First step from which on the arm stands in its brakes without torque to the end of the run.
-pub fn at_rest_from(trial: &Trial) -> Option<usize> {
-    let rests = |f: &&Frame| is_safe(f) && is_still(f);
-    let count = trial.frames.iter().rev().take_while(rests).count();
-    (count > 0).then_some(trial.frames.len() - count)
-}
-
-/// Time between the first rest after `from` and the last motion: of an arm that moved again.
+/// Whether the arm moved, or could, after it had come to rest in its brakes at or after step `from`.
 pub fn moved_again(trial: &Trial, from: usize) -> bool {
     let rests = |f: &Frame| is_safe(f) && is_still(f);
     let first = (from..trial.frames.len()).find(|i| rests(&trial.frames[*i]));

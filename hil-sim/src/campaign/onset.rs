@@ -40,8 +40,8 @@ pub enum Condition {
 
 /// Motion over which a code must not stand still, counts.
 const STILL_COUNTS: f64 = 8.0;
-/// A code this far off, counts, is wrong: as above, and quantisation of code and model.
-const WRONG_COUNTS: f64 = 10.0;
+/// Quantisation of code and model, counts.
+const NOISE_COUNTS: f64 = 2.0;
 /// Between the latches of two encoders, s.
 const SKEW_S: f64 = 10e-6;
 
@@ -122,10 +122,15 @@ fn still(trial: &Trial, begun: usize, j: usize) -> Option<usize> {
     None
 }
 
+/// A code is wrong that is further off than what must not stand still, noise, and the way that a load unknown to the
+/// model can move the joint in one tick.
 fn doubtful(trial: &Trial, begun: usize, j: usize) -> Option<usize> {
+    let unforeseen = f64::from(Safety::REFERENCE.unforeseen[j]);
+    let way_counts = unforeseen * TICK_S * TICK_S / REFERENCE.encoders[j].lsb;
+    let window = STILL_COUNTS + NOISE_COUNTS + way_counts;
     let wrong = |i: &usize| {
         let code = trial.seen[*i].codes[j].map(f64::from);
-        code.is_some_and(|code| (code - true_code(trial, *i, j)).abs() > WRONG_COUNTS)
+        code.is_some_and(|code| (code - true_code(trial, *i, j)).abs() > window)
     };
     let all = (begun..trial.frames.len()).filter(wrong).collect::<Vec<_>>();
     all.windows(3).find(|three| three[2] - three[0] < 10).map(|three| three[2])

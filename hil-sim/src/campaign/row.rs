@@ -204,6 +204,11 @@ impl Variant {
         Self::new(name, faults, Expect::Harmless, Sign::Nothing, 0, 0)
     }
 
+    /// A stop is as good: what cannot be told from a good sample at once may be told later.
+    pub fn or_stopped(self) -> Self {
+        Self { expect: Expect::Ss1OrNone, react: vec![(Condition::Never, 0)], ..self }
+    }
+
     /// An order that is refused at once for one of these reasons.
     pub fn refused(name: impl Into<String>, ask: Ask, reasons: &'static [Refusal]) -> Self {
         let order = Order { at_s: 0.0, ask };

@@ -28,7 +28,7 @@ const START_UP_S: f64 = 3.0;
 const FORESIGHT_S: f64 = 0.01;
 
 /// What an operator asks for.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub enum Ask {
     /// This.
     Plain(Command),
@@ -37,7 +37,7 @@ pub enum Ask {
 }
 
 /// An order with its time since the path's start, s.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub struct Order {
     /// When.
     pub at_s: f64,
@@ -146,6 +146,8 @@ impl Ask {
 struct Ends {
     /// Not before this after the start, s.
     earliest_s: f64,
+    /// An arm that holds its pose has stood still for a second then, s.
+    armed_s: f64,
     /// After this in any case, s.
     latest_s: f64,
     still: u32,
@@ -153,30 +155,25 @@ struct Ends {
 
 impl Ends {
     fn new(plan: &Plan) -> Self {
-        let faults =
-            plan.scenario.faults.iter().map(|fault| fault.at_s + fault.for_s.unwrap_or(0.0));
+        let Scenario { faults, duration_s, trajectory, .. } = &plan.scenario;
+        let faults = faults.iter().map(|fault| fault.at_s + fault.for_s.unwrap_or(0.0));
         let orders = plan.orders.iter().map(|order| order.at_s);
-        let path_s = if plan.whole { plan.scenario.duration_s } else { 0.0 };
+        let path_s = if plan.whole { *duration_s } else { 0.0 };
         let earliest_s = faults.chain(orders).fold(path_s, f64::max);
-        Self {
-            earliest_s,
-            latest_s: earliest_s.max(plan.scenario.duration_s) + PATIENCE_S,
-            still: 0,
-        }
+        let moves = trajectory.amplitude.iter().any(|a| *a != 0.0);
+        let armed_s = earliest_s.max(*duration_s) + if moves { REST_S } else { 0.0 };
+        Self { earliest_s, armed_s, latest_s: armed_s + PATIENCE_S, still: 0 }
     }
 
     fn at(&mut self, last: &Frame, start_s: Option<f64>) -> bool {
         self.still = if is_safe(last) && is_still(last) { self.still + 1 } else { 0 };
-        let rested = f64::from(self.still) * TICK_S > REST_S;
-        match start_s {
-            None => last.true_s > START_UP_S,
-            Some(start_s) => {
-                let t_s = last.true_s - start_s;
-                let patience_s =
-                    if last.record.mode == Mode::Lowering as u8 { LOWERING_S } else { 0.0 };
-                rested && t_s > self.earliest_s || t_s > self.latest_s + patience_s
-            }
-        }
+        let Some(start_s) = start_s else { return last.true_s > START_UP_S };
+        let t_s = last.true_s - start_s;
+        let mode = Mode::from_number(last.record.mode);
+        let rested = f64::from(self.still) * TICK_S > REST_S && t_s > self.earliest_s;
+        let armed = mode == Some(Mode::Holding) && t_s >= self.armed_s;
+        let patience_s = if mode == Some(Mode::Lowering) { LOWERING_S } else { 0.0 };
+        rested || armed || t_s > self.latest_s + patience_s
     }
 }
 

@@ -6,8 +6,6 @@ use shared::wire::biss_c::Layout;
 
 use crate::bench::{Device, Event};
 
-/// Encoders, torque converter, DAC.
-pub const DEVICES: usize = JOINTS + 2;
 /// Index of the torque converter among the devices.
 pub const ADC: usize = JOINTS;
 /// Index of the DAC among the devices.

@@ -136,10 +136,33 @@ fn named_fields(r: &Record) -> Vec<(String, String)> {
         whole("adaptation_bound", &[r.adaptation_bound.into()]),
         whole("rejected", &[r.rejected.into()]),
         whole("dropped", &[r.dropped.into()]),
+        whole("limits", &[r.limits.into()]),
+        whole("joints", &[r.joints.into()]),
+        whole("powered", &[r.powered.into()]),
+        whole("path_rate", &[r.path_rate.into()]),
+        whole("irregular", &[r.irregular.into()]),
+        whole("bucket", &[r.bucket.into()]),
     ]
     .concat()
 }
 
 fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|b| format!("{b:02x}")).collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_bit_of_a_record_is_compared() {
+        let bytes = Record::default().to_bytes();
+        for bit in 0..8 * bytes.len() {
+            let mut flipped = bytes;
+            flipped[bit / 8] ^= 1 << (bit % 8);
+            let records = [bytes, flipped].map(|bytes| Record::from_bytes(&bytes));
+            let found = tick(7, &Default::default(), &records[0], &records[1]);
+            assert_eq!(found.and_then(|d| d.tick), Some(7), "bit {bit}");
+        }
+    }
 }

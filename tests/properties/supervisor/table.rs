@@ -4,6 +4,7 @@ use firmware::monitor::Finding;
 use firmware::planner::Order;
 use firmware::supervisor::{Exit, TRANSITIONS};
 use shared::fault::{Fault, Mode as ModeCode, Refusal};
+use shared::telemetry::PATH_RATE_ONE;
 
 use super::{World, jog};
 
@@ -149,4 +150,32 @@ fn a_stop_that_is_repeated_takes_no_longer() {
     let once = ticks_to_latch(false);
     assert!(once.is_some());
     assert_eq!(ticks_to_latch(true), once);
+}
+
+/// A jog that comes to its end by itself and is stopped on the way there: it neither turns back nor starts anew.
+#[test]
+fn a_stop_at_the_end_of_a_jog_never_turns_back() {
+    for stopped_after in (0..300).step_by(7) {
+        let mut world = in_mode(ModeCode::Jogging);
+        let rate = |world: &World| world.mode.status(&world.timing).path_rate;
+        let falls = |world: &mut World| {
+            let before = rate(world);
+            world.tick(None);
+            rate(world) < before
+        };
+        assert!((0..2_000).any(|_| falls(&mut world)), "the jog does not end");
+        (0..stopped_after).for_each(|_| _ = world.tick(None));
+        let mut before = world.mode.set_point(&world.timing).expect("a set-point");
+        world.tick(Some(&Order::Stop));
+        while world.code() == ModeCode::Stopping {
+            assert!(rate(&world) <= PATH_RATE_ONE);
+            let now = world.mode.set_point(&world.timing).expect("a set-point");
+            for j in 0..now.position.len() {
+                let moved = now.position[j].wrapping_sub(before.position[j]) as i32;
+                assert!(moved >= -1 && now.velocity[j] >= 0.0, "{stopped_after}: {moved}");
+            }
+            before = now;
+            world.tick(None);
+        }
+    }
 }

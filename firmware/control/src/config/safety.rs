@@ -17,7 +17,8 @@ pub struct Safety {
     /// Torque is on this long before the brakes are told to open, s. Drives follow within ticks; 20 ms is
     /// far beyond that.
     pub preload_s: f32,
-    /// A released brake must report open after this, s: 150 ms to open and 100 ms of grace.
+    /// A released brake must report open after this, s: 150 ms to open and 100 ms of grace, less the ticks from
+    /// order to pin and from contact to mode.
     pub brake_open_s: f32,
     /// A set brake must report closed after this, s: 100 ms to close and 150 ms of grace.
     pub brake_set_s: f32,
@@ -85,7 +86,7 @@ impl Safety {
     pub const REFERENCE: Self = Self {
         stop_s: 0.150,
         preload_s: 0.020,
-        brake_open_s: 0.250,
+        brake_open_s: 0.249,
         brake_set_s: 0.250,
         torque_tail_s: 0.050,
         test_move_s: 0.300,

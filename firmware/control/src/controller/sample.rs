@@ -176,7 +176,9 @@ impl Core {
         let limits = &self.memory.thresholds.encoder;
         let window = |windows: &[u32; JOINTS]| windows.get(j).copied().unwrap_or_default();
         let patience = if matches!(self.mode, Mode::Holding { .. }) { WATCH_PATIENCE } else { 1 };
-        let follows = self.mode.follows() && !self.trace.soft;
+        // A joint that is driven away, or swings, stands still at times while the set-point goes on.
+        let driven = self.trace.soft || self.trace.loose != 0 || self.trace.isolated != 0;
+        let follows = self.mode.follows() && !driven;
         if track.is_stuck(code, target, limits.stuck * patience) && follows {
             self.miss(j, Fault::EncoderStuck);
             return false;
@@ -190,7 +192,8 @@ impl Core {
         let wide = window(&limits.wide) * ticks * ticks;
         let possible = loose && track.distance(code, 0.0).unsigned_abs() <= wide;
         // A load drives a joint one way; codes that are off to either side in turn are no motion.
-        let turns = track.turns(distance > 0) && self.torques.suspect == 0;
+        let driven = self.torques.suspect != 0 || self.trace.isolated != 0;
+        let turns = track.turns(distance > 0) && !driven;
         let condemned = (turns || !possible) && track.reject(self.tick.wrapping_add(1));
         if possible && !condemned {
             return true;
@@ -205,12 +208,13 @@ impl Core {
         false
     }
 
-    /// Whether joints may move in other ways than the law wants: not under control, at a torque limit, with a
+    /// Whether joints may move in other ways than the law wants: not under control, against a brake, at a torque limit, with a
     /// torque that differs from its command, without torque, swinging, or while something drives them away.
     fn is_loose(&self) -> bool {
         let limits = &self.memory.thresholds.torque.speed_error;
         let driven = self.trace.speed_error.iter().zip(limits).any(|(v, limit)| v.abs() > *limit);
         !self.trace.in_control
+            || !self.mode.follows()
             || self.trace.loose != 0
             || self.torques.suspect != 0
             || self.trace.isolated != 0
@@ -285,6 +289,6 @@ impl Core {
                 track.follow(observer);
             }
         }
-        estimates.d_hat = self.trace.d_old;
+        estimates.set_d_hat(self.trace.d_old);
     }
 }

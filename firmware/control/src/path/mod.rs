@@ -44,12 +44,16 @@ pub struct Phase {
 }
 
 impl Phase {
-    /// `ticks` further on, 0 or more; a fraction with 24 significant bits.
+    /// `ticks` further on, not before the start; a fraction with 24 significant bits.
     pub fn advanced(self, ticks: f32) -> Self {
+        // Backwards is whole ticks back and the rest forward.
+        let back = if ticks < 0.0 { -ticks as u32 + 1 } else { 0 };
+        let Some(start) = self.ticks.checked_sub(back) else { return Self::default() };
+        let ticks = ticks + back as f32;
         let whole = ticks as u32;
         let rest = ((ticks - whole as f32) * TWO_POW_32) as u32;
         let (fraction, carry) = self.fraction.overflowing_add(rest);
-        let ticks = self.ticks.saturating_add(whole).saturating_add(u32::from(carry));
+        let ticks = start.saturating_add(whole).saturating_add(u32::from(carry));
         Self { ticks, fraction }
     }
 }

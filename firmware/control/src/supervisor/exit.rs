@@ -20,6 +20,10 @@ impl Mode {
         let finding = self.judged(timing, events);
         // A fault goes before an order, and an order before what would have come by itself.
         let exit = self.forced(finding).or(ordered).or_else(|| self.due(timing, events));
+        if exit == Some(Exit::Stop) {
+            // The path goes on in this tick, and is left from there.
+            self.advance(timing, events);
+        }
         match exit {
             Some(exit) => self.leave(exit, finding, timing, events),
             None => self.advance(timing, events),
@@ -86,7 +90,7 @@ impl Mode {
             Self::Moving(_) | Self::Jogging { .. } if events.silence > timing.link => {
                 Finding::new(Fault::LinkLost)
             }
-            Self::Arming { ticks, open: 0, .. } if *ticks > timing.preload + timing.brake_open => {
+            Self::Arming { ticks, open: 0, .. } if *ticks >= timing.preload + timing.brake_open => {
                 Finding { fault: Fault::BrakeNotReleased, joints: ALL & !events.brakes.open }
             }
             Self::Arming { open, began, .. } if *open == timing.calm + timing.test.ticks / 2 => {

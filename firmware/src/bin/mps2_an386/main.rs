@@ -136,7 +136,7 @@ fn start(evidence: &mut Image) -> (Recorder, Option<u32>) {
         // SAFETY: SysTick is not running yet.
         unsafe { &mut *STATION.0.get() }.configure(config, &access);
         link::send_coefficients(controller.parameter_bytes());
-        defect::in_law(controller, config);
+        defect::in_law(controller, config, retained);
         (recorder, Some(config.tick_hz))
     } else {
         link::send_refusal();

@@ -53,8 +53,8 @@ pub fn flips(_: &Pose) -> Ways {
         let burst = fault(Kind::Burst, target).of(crc_bits);
         let fitting = fault(Kind::Mutation, target).of(1.0);
         ways.extend([
-            few(&format!("{name}: 1 bit, one frame"), flips(1.0).ticks(1)),
-            few(&format!("{name}: 2 bits, two frames"), flips(2.0).ticks(2)),
+            few(&format!("{name}: 1 bit, one tick"), flips(1.0).ticks(1)),
+            few(&format!("{name}: 2 bits, two ticks"), flips(2.0).ticks(2)),
             few(&format!("{name}: burst of {crc_bits}"), burst.ticks(1)),
             lasting(&format!("{name}: 1 bit, lasting"), flips(1.0)),
         ]);
@@ -71,7 +71,7 @@ pub fn flips(_: &Pose) -> Ways {
             ),
         });
         if let Target::Encoder(j) = target {
-            let once = few(&format!("{name}: fitting check sum, one frame"), fitting.ticks(1));
+            let once = few(&format!("{name}: fitting check sum, one tick"), fitting.ticks(1));
             ways.push(Variant { sign: Sign::Rejected(j), ..once });
         }
     }
@@ -123,7 +123,7 @@ fn repeated_encoder(pose: &Pose, j: usize, again: Injection) -> Variant {
         let plain = Variant::new(name, vec![again], Expect::Ss1, Sign::Rejected(j), 1, 3);
         Variant { observable: Condition::Still(j, 0), ..plain.due(Condition::Still(j, 2)) }
     } else {
-        Variant::harmless(name, vec![again])
+        Variant::harmless(name, vec![again]).or_stopped()
     }
 }
 

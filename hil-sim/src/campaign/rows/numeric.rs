@@ -12,16 +12,13 @@ use crate::faults::{Kind, Target};
 
 pub fn estimates(_: &Pose) -> Ways {
     let mut ways = Vec::new();
-    for (j, sign) in [(0, 1.0), (1, 1.0), (1, -1.0), (3, 1.0)] {
-        let driven = vec![fault(Kind::DHat, Target::Joint(j)).of(sign * 1e6)];
-        let name = format!(
-            "joint {}: adaptation driven to its {} bound",
-            j + 1,
-            if sign > 0.0 { "upper" } else { "lower" }
-        );
-        let plain =
-            Variant::new(name, driven, Expect::Ss1OrNone, Sign::Limited(Limit::Adaptation), 1, 100);
-        ways.push(plain.checked(bounded));
+    for (j, value) in [(0, 1.0), (1, 1.0), (1, -1.0), (3, 1.0), (1, 50.0)] {
+        let driven = value * f64::from(Gains::DEFAULT.d_max[j]);
+        let name = format!("joint {}: adaptation at {value} of its bound", j + 1);
+        let driven = vec![fault(Kind::DHat, Target::Joint(j)).of(driven)];
+        // At its very bound it leaves it again in the same tick.
+        let sign = if value.abs() > 1.0 { Sign::Limited(Limit::Adaptation) } else { Sign::Nothing };
+        ways.push(Variant::new(name, driven, Expect::Ss1OrNone, sign, 1, 100).checked(bounded));
     }
     for (j, severity, what) in
         [(0, 0.0, "speed"), (1, 0.0, "speed"), (1, 1.0, "disturbance"), (3, 1.0, "disturbance")]
@@ -56,8 +53,15 @@ pub fn extremes(pose: &Pose) -> Ways {
     let huge = |j: usize, bit: f64| {
         let flip = vec![fault(Kind::HugeError, Target::Joint(j)).of(bit)];
         let name = format!("joint {}: bit {bit} of the estimated position", j + 1);
-        Variant::new(name, flip, Expect::Ss1, Sign::Fault(&[Fault::ErrorWindow]), 1, 1)
-            .checked(finite)
+        Variant::new(
+            name,
+            flip,
+            Expect::Ss1,
+            Sign::Fault(&[Fault::ErrorWindow, Fault::NotFinite]),
+            1,
+            1,
+        )
+        .checked(finite)
     };
     let tiny = vec![fault(Kind::DHat, Target::Joint(1)).of(1e-40)];
     let mut ways = vec![

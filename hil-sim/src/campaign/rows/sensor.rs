@@ -22,7 +22,7 @@ pub fn stuck(pose: &Pose) -> Ways {
     let ways = (0..JOINTS).map(one).chain([all]).map(|(name, target, j)| {
         let stuck = vec![fault(Kind::StuckEncoder, target)];
         if !pose.moves() {
-            return Variant::harmless(name, stuck);
+            return Variant::harmless(name, stuck).or_stopped();
         }
         Variant::new(name, stuck, Expect::Ss1, STUCK, 3, 5).from(Condition::Still(j, 0))
     });
@@ -81,10 +81,14 @@ pub fn alarms(_: &Pose) -> Ways {
     ] {
         let rejected = Sign::Rejected(device);
         let two = format!("{name}, two samples");
-        ways.push(Variant::tolerated(two, vec![injection.ticks(2)], rejected, 1));
+        // The converter shows in the next tick what acts from this one on.
+        let later = u32::from(device == ADC);
+        let tolerated = Variant::tolerated(two, vec![injection.ticks(2)], rejected, 1);
+        ways.push(Variant { observable: Condition::After(later), ..tolerated });
         let plain =
             Variant::new(format!("{name}, lasting"), vec![injection], Expect::Ss1, rejected, 1, 3);
-        ways.push(plain.due(Condition::After(2)).twin(vec![injection.ticks(2)]));
+        let plain = Variant { observable: Condition::After(later), ..plain };
+        ways.push(plain.due(Condition::After(2 + later)).twin(vec![injection.ticks(2)]));
     }
     let warning = vec![fault(Kind::WarningBit, encoder)];
     ways.push(Variant::tolerated(
@@ -98,7 +102,7 @@ pub fn alarms(_: &Pose) -> Ways {
 
 pub fn old(pose: &Pose) -> Ways {
     let mut ways = Vec::new();
-    for j in [0, 1] {
+    for j in [0, 1, 3] {
         let target = Target::Encoder(j);
         for (name, injection) in [
             ("5 ticks old", fault(Kind::LateSamples, target)),
@@ -106,15 +110,18 @@ pub fn old(pose: &Pose) -> Ways {
             ("jitter of 100 us", fault(Kind::SampleJitter, target).of(1e-4)),
         ] {
             let name = format!("encoder {}: {name}", j + 1);
-            ways.push(if pose.moves() {
-                let plain = Variant::new(name, vec![injection], Expect::Ss1, IMPLAUSIBLE, 5, 10);
-                plain.from(Condition::Doubtful(j))
-            } else {
-                Variant::harmless(name, vec![injection])
-            });
+            // At rest there is nothing to see, unless the loop swings.
+            let (expect, condition) = match pose.moves() {
+                true => (Expect::Ss1, Condition::Doubtful(j)),
+                false => (Expect::Ss1OrNone, Condition::Never),
+            };
+            let plain = Variant::new(name, vec![injection], expect, IMPLAUSIBLE, 5, 10);
+            ways.push(plain.from(condition));
         }
-        let name = format!("encoder {}: jitter of 10 us, below 8 counts", j + 1);
-        ways.push(Variant::harmless(name, vec![fault(Kind::SampleJitter, target)]));
+        // At 0.1 rad/s that is 2 counts, and 8 in the difference of differences.
+        let name = format!("encoder {}: jitter of 2 us, within the noise", j + 1);
+        let jitter = vec![fault(Kind::SampleJitter, target).of(2e-6)];
+        ways.push(Variant::harmless(name, jitter));
     }
     Ok(ways)
 }
