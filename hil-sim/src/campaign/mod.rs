@@ -22,11 +22,14 @@ mod witness;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::scenario::Scenario;
+
 pub use measure::Reaction;
 pub use pose::{Pose, PoseError};
 pub use table::{HEADER, line, table};
 pub use verdict::{Point, Verdict};
 
+use case::Case;
 use row::Variant;
 use rows::{ROWS, pairs};
 
@@ -124,6 +127,21 @@ fn planned(only: Option<u8>) -> Result<(Vec<Work>, Vec<Left>), PoseError> {
         }
     }
     Ok((works, left))
+}
+
+/// Ways of a row in a pose as scenarios, by their names: what can be run anywhere, as no orders belong to it.
+///
+/// # Errors
+/// Where the poses cannot be used.
+pub fn scenarios(row: u8, pose: &str, seed: u64) -> Result<Vec<(String, Scenario)>, PoseError> {
+    let (works, _) = planned(Some(row))?;
+    let works = works.iter().filter(|work| work.pose.name == pose);
+    let plans = works.map(|work| {
+        let case = Case { variant: &work.variant, pose: &work.pose, seed };
+        (work.variant.name.clone(), case.faulty())
+    });
+    let plain = plans.filter(|(_, plan)| plan.orders.is_empty());
+    Ok(plain.map(|(name, plan)| (name, plan.scenario)).collect())
 }
 
 impl Campaign {
