@@ -78,7 +78,7 @@ codes! {
         NotFinite = 501,
         /// The distance to the set-point is beyond anything that control can cause.
         ErrorWindow = 502,
-        /// A parameter's two copies differed; the good one is used.
+        /// A parameter's two copies differed; the check sum says which is good.
         ParameterFlipped = 701,
         /// Neither copy of the parameters is good.
         ParametersLost = 702,
@@ -118,11 +118,11 @@ codes! {
         TorqueDrift = 4,
         /// The board's clock and the torque converter's differ.
         ClockDrift = 5,
-        /// A tick came late, early, or was missing.
+        /// A tick came late, early, was missing, or took longer than its budget.
         TickTiming = 6,
         /// A brake was told to set and does not report it: torque holds.
         BrakeFeedback = 7,
-        /// A sample of this tick could not be used.
+        /// A sample of this tick, or the DAC's answer, could not be used.
         SampleRejected = 8,
         /// The torque converter refused a command.
         AdcCommand = 9,

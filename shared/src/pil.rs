@@ -79,6 +79,11 @@ pub const LINK_BYTES: usize = 2 * WIRE_BYTES;
 
 /// Instead of a release: the board answers with [`TAG_STACK`] and ends the emulation.
 pub const QUIT: [u8; RELEASE_BYTES] = [0xFF; RELEASE_BYTES];
+/// Instead of a release: the board passes through its function `halt`, where a debugger can be waiting, and then
+/// waits for the release.
+pub const HALT: [u8; RELEASE_BYTES] = [0xFE; RELEASE_BYTES];
+/// The byte by which these differ from a release, which has 0 there.
+pub const REQUEST: usize = 2;
 
 /// Pokes that a release can carry.
 pub const POKES: usize = 2;

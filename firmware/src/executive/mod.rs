@@ -184,7 +184,7 @@ impl<'m, S: SpiDevice, O: OutputPin, I: InputPin> Executive<'m, S, O, I> {
             // A code that a rail has clipped is none.
             Ok(_) => self.core.miss(ADC, Fault::TorqueAdcLost),
             Err(SampleError::Reset) => self.core.miss(ADC, Fault::AdcReset),
-            Err(SampleError::Configuration) => self.core.miss(ADC, Fault::AdcConfiguration),
+            Err(SampleError::Configuration) => self.core.adc_misconfigured(),
             Err(_) => self.core.miss(ADC, Fault::TorqueAdcLost),
         }
     }
@@ -207,6 +207,10 @@ impl<'m, S: SpiDevice, O: OutputPin, I: InputPin> Executive<'m, S, O, I> {
         }
         let brakes = self.io.inputs.brakes();
         self.core.decide(input, brakes, self.adc_ready && self.dac_ready);
+        if let Mode::Boot { ticks: 0, .. } = self.core.mode() {
+            // Cleared: this tick's pins reset both.
+            (self.adc_ready, self.dac_ready) = (false, false);
+        }
     }
 
     /// One boot step of each converter.

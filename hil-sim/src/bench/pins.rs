@@ -63,6 +63,17 @@ impl Bench {
         }
     }
 
+    /// The controller's processor resets and lets go of its pins: pull resistors take them all low.
+    pub fn let_go(&mut self) {
+        let joints = 0..JOINTS;
+        let of_joints = joints.flat_map(|j| [Output::DriveEnable(j), Output::BrakeRelease(j)]);
+        let others =
+            [Output::Sto, Output::Ldac, Output::DacReset, Output::AdcReset, Output::Watchdog];
+        for pin in others.into_iter().chain(of_joints) {
+            self.set(pin, false);
+        }
+    }
+
     pub(super) fn get(&self, pin: Input) -> bool {
         match pin {
             Input::BrakeOpen(j) => self.brake_open[j],

@@ -159,13 +159,11 @@ fn late(trial: &Trial, begun: usize, count: u32) -> Option<usize> {
 /// shows in a tick what acted in the step before it.
 fn torque_wrong(trial: &Trial, begun: usize, j: usize) -> Option<usize> {
     let full = REFERENCE.drive_full_scale[j];
-    let Safety { torque_wrong, speed_error, .. } = Safety::REFERENCE;
+    let torque_wrong = f64::from(Safety::REFERENCE.torque_wrong[j]);
     let wrong = |i: &usize| {
         let (frame, before) = (&trial.frames[*i], &trial.frames[*i - 1]);
         let told = (f64::from(before.record.dac[j]) - 32_768.0) / 32_768.0 * full;
-        let speed = frame.qd[j] - trial.wanted_speed(*i)[j];
-        (frame.torque[j] - told).abs() > f64::from(torque_wrong[j])
-            && speed.abs() > f64::from(speed_error[j])
+        (frame.torque[j] - told).abs() > torque_wrong
     };
     let stopped = measure::first_stop(trial, begun).unwrap_or(trial.frames.len());
     trial.ticked_from((begun.max(1)..stopped).find(wrong)? + 1)

@@ -247,7 +247,21 @@ impl Emulator {
     /// # Errors
     /// [`EmulatorError`] where the emulator is gone or talks nonsense.
     pub fn exchange(&mut self, release: &Release) -> Result<Record, EmulatorError> {
-        self.to_board.write_all(&release.to_bytes())?;
+        self.release(release)?;
+        self.serve()
+    }
+
+    pub(super) fn release(&mut self, release: &Release) -> Result<(), EmulatorError> {
+        Ok(self.to_board.write_all(&release.to_bytes())?)
+    }
+
+    /// Makes the board pass through its function `halt`.
+    pub(super) fn halt(&mut self) -> Result<(), EmulatorError> {
+        Ok(self.to_board.write_all(&pil::HALT)?)
+    }
+
+    /// Serves the bus until the record arrives.
+    pub(super) fn serve(&mut self) -> Result<Record, EmulatorError> {
         loop {
             match self.byte()? {
                 pil::TAG_PIN => {

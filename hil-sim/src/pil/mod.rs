@@ -2,6 +2,8 @@
 //! bit with the same firmware run as software.
 
 mod compare;
+mod crash;
+mod debugger;
 mod emulator;
 
 use std::path::Path;
@@ -12,6 +14,7 @@ use shared::telemetry::Record;
 use thiserror::Error;
 
 pub use compare::Difference;
+pub use crash::{Breakable, Crash, Crashed, Fall, crash};
 pub use emulator::{Emulator, EmulatorError, End};
 
 use crate::outcome::Outcome;
@@ -28,6 +31,15 @@ pub enum PilError {
     /// The emulator failed.
     #[error(transparent)]
     Emulator(#[from] EmulatorError),
+    /// The board was to be broken too late.
+    #[error("the run was over before {at_s} s, when the board was to break down")]
+    OverBefore {
+        /// Since the trajectory's start.
+        at_s: f64,
+    },
+    /// The board went on.
+    #[error("the board was to break down and did not")]
+    Survived,
 }
 
 /// What a comparison found.

@@ -53,11 +53,11 @@ pub struct Safety {
     pub torque_warn: [f32; JOINTS],
     /// And this far it counts as wrong: 1 %.
     pub torque_wrong: [f32; JOINTS],
-    /// A wrong torque is believed when the speed error exceeds this, rad/s and m/s: ten times the observer's
-    /// noise at 26 bits, and reached within 2 ms by a limp joint.
+    /// A wrong torque is believed when the speed error exceeds this, rad/s and m/s: more than
+    /// thirty times the highest that the observer's noise gets at 26 bits, and reached within 2 ms by a limp joint.
     pub speed_error: [f32; JOINTS],
-    /// Speed error that counts as swinging when it comes back again and again, rad/s and m/s: three times the
-    /// observer's noise at 26 bits.
+    /// Speed error that counts as swinging when it comes back again and again, rad/s and m/s: ten times the
+    /// highest that the observer's noise gets at 26 bits.
     pub swing: [f32; JOINTS],
     /// A position error beyond this for [`Safety::tracking_s`] stops the arm: 3 mm at full reach with joint 2,
     /// 5 mm with joint 3. The worst that lasts as long in a shipped scenario is a PD's that picks up 300 kg

@@ -110,6 +110,13 @@ impl Core {
         }
     }
 
+    /// A register of the torque converter, read back with a good check sum, is not what was written.
+    #[cold]
+    pub fn adc_misconfigured(&mut self) {
+        self.miss(ADC, Fault::AdcConfiguration);
+        self.findings.raise(Finding::new(Fault::AdcConfiguration));
+    }
+
     /// A command to the torque converter was refused.
     #[cold]
     pub fn adc_refused(&mut self) {
@@ -179,9 +186,12 @@ impl Core {
         // A joint that is driven away, or swings, stands still at times while the set-point goes on.
         let driven = self.trace.soft || self.trace.loose != 0 || self.trace.isolated != 0;
         let follows = self.mode.follows() && !driven;
-        if track.is_stuck(code, target, limits.stuck * patience) && follows {
-            self.miss(j, Fault::EncoderStuck);
-            return false;
+        if track.is_stuck(code, target, limits.stuck * patience) {
+            if follows {
+                self.miss(j, Fault::EncoderStuck);
+                return false;
+            }
+            track.excuse(target);
         }
         if distance.unsigned_abs() <= window(&limits.tight) {
             return true;

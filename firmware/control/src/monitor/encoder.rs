@@ -103,6 +103,11 @@ impl Track {
         set_point.wrapping_sub(since).wrapping_add(far) > 2 * far
     }
 
+    /// The set-point may have moved without the joint so far.
+    pub fn excuse(&mut self, set_point: u32) {
+        self.still = (self.code, set_point);
+    }
+
     /// Takes the side to which a code is off; `true` if it is another than the last time.
     pub fn turns(&mut self, above: bool) -> bool {
         core::mem::replace(&mut self.above, above) != above

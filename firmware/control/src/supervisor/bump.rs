@@ -50,11 +50,12 @@ impl Bump {
         let y = x * (1.0 - x);
         let (s, ds, dds) = (16.0 * y * y, 32.0 * y * (1.0 - 2.0 * x), 32.0 * (1.0 - 6.0 * y));
         let (ds, dds) = (ds * self.per_s, dds * (self.per_s * self.per_s));
-        for j in 0..JOINTS {
-            let words = round_to_i32(self.words[j] * s);
-            set_point.position[j] = pose[j].wrapping_add_signed(words);
-            set_point.velocity[j] = self.si[j] * ds;
-            set_point.acceleration[j] = self.si[j] * dds;
+        let amplitudes = self.words.iter().zip(&self.si);
+        let slots = set_point.position.iter_mut().zip(&mut set_point.velocity);
+        let slots = slots.zip(&mut set_point.acceleration);
+        for (((position, velocity), acceleration), (words, si)) in slots.zip(amplitudes) {
+            *position = position.wrapping_add_signed(round_to_i32(words * s));
+            (*velocity, *acceleration) = (si * ds, si * dds);
         }
         set_point
     }

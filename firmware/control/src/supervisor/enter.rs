@@ -89,6 +89,8 @@ impl Mode {
     /// Why the arm stops, or stopped.
     fn cause_of(&self, exit: Exit, finding: Finding, events: &Events<'_>) -> Cause {
         let found = match exit {
+            // A brake that has slipped stays what locks the arm out.
+            Exit::Stop | Exit::CutTorque if matches!(self, Self::Lowering { .. }) => Finding::NONE,
             Exit::Stop if finding.fault == Fault::None => Finding::new(Fault::OperatorStop),
             Exit::Stop | Exit::CutTorque => finding,
             Exit::Slipped => Finding { fault: Fault::BrakeSlipped, joints: self.slipping(events) },

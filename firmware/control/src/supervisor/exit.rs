@@ -254,7 +254,7 @@ fn leads_out(line: &Line, follower: &Follower, timing: &Timing) -> bool {
     let ahead = (pace.ticks as i64) / 2 + 2;
     let ranges = timing.lowest.iter().zip(&timing.highest);
     place.iter().zip(&line.velocity_q8).zip(ranges).any(|((&at, &velocity), (&low, &high))| {
-        let way = i64::from(velocity) * ahead >> 8;
+        let way = (i64::from(velocity) * ahead) >> 8;
         let end = i64::from(at) + way;
         (way > 0 && end > i64::from(high)) || (way < 0 && end < i64::from(low))
     })

@@ -224,11 +224,6 @@ impl Mode {
         }
     }
 
-    /// Whether the converters may be spoken to.
-    pub fn converters_awake(&self, timing: &Timing) -> bool {
-        !matches!(self, Self::Boot { ticks, .. } if *ticks < timing.settle)
-    }
-
     /// Set-point of the law; `None` where no torque is wanted.
     #[cold]
     #[inline(never)]

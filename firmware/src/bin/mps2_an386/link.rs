@@ -126,10 +126,14 @@ pub fn receive(bytes: &mut [u8]) {
 pub fn await_release(release: &mut Release) {
     let mut bytes = [0; RELEASE_BYTES];
     receive(&mut bytes);
-    if bytes == pil::QUIT {
-        send_stack(stack::high_water_bytes());
-        with(|link| put(link.to_harness, crash::kept()));
-        debug::exit(EXIT_SUCCESS);
+    while bytes[pil::REQUEST] != 0 {
+        if bytes[pil::REQUEST] == pil::QUIT[pil::REQUEST] {
+            send_stack(stack::high_water_bytes());
+            with(|link| put(link.to_harness, crash::kept()));
+            debug::exit(EXIT_SUCCESS);
+        }
+        halt();
+        receive(&mut bytes);
     }
     *release = Release::from_bytes(&bytes);
     with(|link| link.levels = release.levels);
@@ -193,6 +197,15 @@ impl Write for Serial {
     fn flush(&mut self) -> Result<(), Infallible> {
         Ok(())
     }
+}
+
+/// A place for a debugger to stop the board at, while nothing is under way.
+#[unsafe(naked)]
+#[unsafe(link_section = ".text.link")]
+// SAFETY: no other symbol has this name.
+#[unsafe(no_mangle)]
+extern "C" fn halt() {
+    core::arch::naked_asm!("bx lr")
 }
 
 /// Tells the harness what the configuration became.

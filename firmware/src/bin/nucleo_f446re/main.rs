@@ -22,6 +22,7 @@ use cortex_m::{asm, singleton};
 use cortex_m_rt::entry;
 use firmware::config::{Config, ConfigError};
 use firmware::controller::Core;
+use firmware::evidence::Recorder;
 use firmware::executive::{Executive, Retained, TickInput};
 use firmware::io::Io;
 use shared::arm::REFERENCE;
@@ -31,13 +32,13 @@ use crate::budget::TICK_HZ;
 use crate::bus::{Bus, Chip};
 use crate::encoders::{LATCH_OFFSET_S, Line, Reader};
 use crate::pins::{Input, Output, Pins};
-use crate::telemetry::{Measured, Recorder, Serial};
+use crate::telemetry::{Measured, Outbox, Serial};
 
 /// The controller and what its tick needs of the board.
 struct Control {
     executive: Executive<'static, Bus, Output, Input>,
     reader: Reader,
-    recorder: Recorder,
+    outbox: Outbox,
     tick: &'static tim2::RegisterBlock,
     adc_clock: &'static tim3::RegisterBlock,
     watchdog: &'static iwdg::RegisterBlock,
@@ -65,21 +66,28 @@ fn main() -> ! {
     count_cycles(core);
     let pins = pins::start(p);
     let serial = Serial::start(p);
-    match control(p, pins) {
+    // SAFETY: the only call.
+    let evidence = unsafe { faults::evidence() };
+    let (mut recorder, retained) = Recorder::new(evidence, TICK_HZ);
+    match control(p, pins, retained) {
         // SAFETY: the interrupt that shares it is still masked.
         Ok(control) => unsafe { CONTROL = Some(control) },
         Err(error) => refuse(&serial, &error),
     }
     start_ticks(p);
     loop {
-        if !serial.send_next() {
+        if !serial.send_next(|record| recorder.note(evidence, record)) {
             asm::wfi();
         }
     }
 }
 
 /// Builds the controller; all outputs stay off until its first tick.
-fn control(p: &'static Peripherals, pins: Pins) -> Result<Control, ConfigError> {
+fn control(
+    p: &'static Peripherals,
+    pins: Pins,
+    retained: Retained,
+) -> Result<Control, ConfigError> {
     const CONFIG: Config = Config::for_arm(&REFERENCE, TICK_HZ);
     let mut config = CONFIG;
     // Here the four heads latch together.
@@ -96,11 +104,11 @@ fn control(p: &'static Peripherals, pins: Pins) -> Result<Control, ConfigError> 
     // SAFETY: `main` alone is running, and hands it to the interrupt with the rest.
     let core = unsafe { &mut *(&raw mut CORE) };
     let mut executive = Executive::new(io, core);
-    executive.configure(&config, config.crc(), Retained::default())?;
+    executive.configure(&config, config.crc(), retained)?;
     Ok(Control {
         executive,
         reader: Reader::start(p),
-        recorder: Recorder::default(),
+        outbox: Outbox::default(),
         tick: &p.TIM2,
         adc_clock: &p.TIM3,
         watchdog: &p.IWDG,
@@ -154,20 +162,20 @@ impl Control {
         let adc_count = self.adc_clock.cnt().read().cnt().bits();
         let adc_clocks = u32::from(adc_count.wrapping_sub(self.adc_count));
         self.adc_count = adc_count;
-        self.recorder.measured.adc_clocks = adc_clocks;
+        self.outbox.measured.adc_clocks = adc_clocks;
         // CLKIN is counted; a conversion takes 256 of its clocks.
         self.adc_total = self.adc_total.wrapping_add(adc_clocks);
         let input = TickInput {
             order: None,
             alive: false,
             cycles: began,
-            spent: self.recorder.measured.tick_clocks,
+            spent: self.outbox.measured.tick_clocks,
             conversions: self.adc_total / 256,
         };
-        self.executive.tick(&input, &mut self.recorder);
+        self.executive.tick(&input, &mut self.outbox);
         self.reader.arm();
         self.watchdog.kr().write(|w| w.key().feed());
         let tick_clocks = DWT::cycle_count().wrapping_sub(began);
-        self.recorder.measured = Measured { tick_clocks, adc_clocks };
+        self.outbox.measured = Measured { tick_clocks, adc_clocks };
     }
 }

@@ -1,6 +1,6 @@
 //! Records from the tick to the ST-LINK's serial port.
 //!
-//! A record waits in a queue until the idle loop sends it as one COBS frame: [`shared::telemetry::Record`],
+//! A record waits in a queue until the idle loop has it noted and sends it as one COBS frame: [`shared::telemetry::Record`],
 //! then the core clocks that the tick before took and the torque converter's clocks between the last two
 //! ticks, both as 32-bit little-endian words. The line is slower than the ticks: every
 //! [`TICKS_PER_FRAME`]th record is sent.
@@ -41,22 +41,19 @@ pub struct Measured {
     pub adc_clocks: u32,
 }
 
-/// Its capacity is known wherever it is used, which a [`heapless::spsc::Producer`] hides.
+/// A frame takes the line about six ticks, in which records wait. Its capacity is known wherever it is used, which a [`heapless::spsc::Producer`] hides.
 static QUEUE: Mutex<RefCell<Queue<Entry, 16>>> = Mutex::new(RefCell::new(Queue::new()));
 
 /// The tick's end of the queue.
 #[derive(Default)]
-pub struct Recorder {
+pub struct Outbox {
     /// Goes with the next record.
     pub measured: Measured,
 }
 
-impl RecordSink for Recorder {
+impl RecordSink for Outbox {
     #[inline(always)]
     fn push(&mut self, record: Record) -> bool {
-        if !record.tick.is_multiple_of(TICKS_PER_FRAME) {
-            return true;
-        }
         let entry = Entry { record, measured: self.measured };
         interrupt::free(|section| {
             let queue = QUEUE.borrow(section).try_borrow_mut();
@@ -82,8 +79,8 @@ impl Serial {
         Self { port }
     }
 
-    /// Sends the oldest record; `false` if there is none.
-    pub fn send_next(&self) -> bool {
+    /// Hands the oldest record to `note` and sends it if it is its turn; `false` if there is none.
+    pub fn send_next(&self, note: impl FnOnce(&Record)) -> bool {
         let oldest = interrupt::free(|section| {
             let queue = QUEUE.borrow(section).try_borrow_mut();
             queue.ok().and_then(|mut queue| queue.dequeue())
@@ -91,6 +88,10 @@ impl Serial {
         let Some(Entry { record, measured }) = oldest else {
             return false;
         };
+        note(&record);
+        if !record.tick.is_multiple_of(TICKS_PER_FRAME) {
+            return true;
+        }
         let mut frame = [0; FRAME_BYTES];
         let words = [measured.tick_clocks, measured.adc_clocks].map(u32::to_le_bytes);
         let bytes = record.to_bytes().into_iter().chain(words.into_iter().flatten());
