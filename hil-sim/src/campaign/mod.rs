@@ -19,6 +19,8 @@ mod trial;
 mod verdict;
 mod witness;
 
+use std::path::PathBuf;
+
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -80,19 +82,27 @@ struct Work {
     variant: Variant,
 }
 
-/// Runs the rows `only`, or all; `progress` is told the cells done and the cells planned.
+/// What to run, and how.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// This row alone.
+    pub only: Option<u8>,
+    /// First seed of every cell.
+    pub seed: u64,
+    /// The emulated board's image.
+    pub image: PathBuf,
+}
+
+/// Runs the campaign; `progress` is told the cells done and the cells planned.
 ///
 /// # Errors
 /// Where the poses cannot be used.
-pub fn run(
-    only: Option<u8>,
-    seed: u64,
-    progress: &(dyn Fn(u64, u64) + Sync),
-) -> Result<Campaign, PoseError> {
+pub fn run(options: &Options, progress: &(dyn Fn(u64, u64) + Sync)) -> Result<Campaign, PoseError> {
+    let Options { only, seed, ref image } = *options;
     let (works, left) = planned(only)?;
     let done = std::sync::atomic::AtomicU64::new(0);
     let cells = works.par_iter().map(|work| {
-        let verdict = judge::judge(&work.variant, &work.pose, seed);
+        let verdict = judge::judge(&work.variant, &work.pose, seed, image);
         let done = 1 + done.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
         progress(done, works.len() as u64);
         Cell {

@@ -164,6 +164,10 @@ impl Controller for Breakable {
         self.last = self.board.exchange(release)?;
         Ok(self.last)
     }
+
+    fn said(&mut self) -> Vec<u8> {
+        self.board.said()
+    }
 }
 
 /// Addresses of symbols of `image`.
