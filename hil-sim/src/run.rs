@@ -133,7 +133,8 @@ impl<'m> Software<'m> {
         let mut evidence: Box<Image> = Box::new(bytemuck::zeroed());
         let (recorder, _) = Recorder::new(&mut evidence, config.tick_hz);
         let access = Access { boots: ACCESS.boots.wrapping_add(evidence.boots), ..ACCESS };
-        let (station, line) = (Station::new(&config, access), Line::default());
+        let (mut station, line) = (Station::new(), Line::default());
+        station.configure(&config, &access);
         Ok(Self { executive, station, line, queue: Queue::new(), recorder, evidence })
     }
 
@@ -160,7 +161,7 @@ impl Controller for Software<'_> {
         let (mut records, mut idle) = self.queue.split();
         let served = self.station.served();
         let input = TickInput {
-            order: served.order.as_ref(),
+            order: served.order(),
             alive: served.alive,
             cycles: release.cycles,
             spent: release.spent,

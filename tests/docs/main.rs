@@ -1,6 +1,7 @@
 //! The documents say what the code does.
 
 mod faults;
+mod link;
 mod markdown;
 mod scenarios;
 mod supervisor;

@@ -1,9 +1,10 @@
-//! Product tests: loaders of reference data, a controller on its bench, and what measures an image in the
-//! emulator.
+//! Product tests: loaders of reference data, a controller on its bench, bodies of fuzz targets, and what measures an
+//! image in the emulator.
 
 pub mod board;
 pub mod closed_loop;
 pub mod flow;
+pub mod fuzz;
 pub mod image;
 pub mod it_block;
 pub mod mdh;

@@ -39,7 +39,7 @@ pub enum Order {
 }
 
 /// What planning needs of one joint.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Zeroable)]
 struct Range {
     min_code: i32,
     max_code: i32,
@@ -77,8 +77,8 @@ const JOG_AHEAD_S: f32 = 0.5;
 /// Shortest way to the rest pose, ticks a second of it at any rate: one second.
 const LOWERING_MIN_S: f32 = 1.0;
 
-/// See the module's documentation.
-#[derive(Clone, Copy, Debug)]
+/// See the module's documentation. All zero until it has a configuration.
+#[derive(Clone, Copy, Debug, Zeroable)]
 pub struct Planner {
     ranges: [Range; JOINTS],
     tick_hz: f32,
@@ -92,25 +92,30 @@ pub struct Planner {
 
 impl Planner {
     /// For a validated configuration.
-    #[inline(never)]
     pub fn new(config: &Config) -> Self {
+        let mut planner = Self::zeroed();
+        planner.set(config);
+        planner
+    }
+
+    /// Takes a validated configuration; filled in place, so that a small stack is enough.
+    #[inline(never)]
+    pub fn set(&mut self, config: &Config) {
         let safety = &config.safety;
         let mut arm = config.arm;
         let payload = Body::payload(safety.rated_payload_kg);
         if arm.payload.mass_kg < payload.mass_kg {
             arm.payload = payload;
         }
-        let mut rated = Constants::zeroed();
-        rated.collect(&arm);
-        Self {
-            ranges: config.joints.map(|j| Range::new(&j, safety.torque_reserve)),
-            tick_hz: config.tick_hz as f32,
-            rated,
-            stop_per_s: 1.0 / safety.stop_s,
-            rest_pose: safety.rest_pose,
-            lowering_share: safety.lowering_share,
-            gains: config.gains,
+        self.rated.collect(&arm);
+        for (range, joint) in self.ranges.iter_mut().zip(&config.joints) {
+            *range = Range::new(joint, safety.torque_reserve);
         }
+        self.tick_hz = config.tick_hz as f32;
+        self.stop_per_s = 1.0 / safety.stop_s;
+        self.rest_pose = safety.rest_pose;
+        self.lowering_share = safety.lowering_share;
+        self.gains = config.gains;
     }
 
     /// The order for `command`, given the encoder codes of a moment ago.

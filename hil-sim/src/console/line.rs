@@ -18,6 +18,11 @@ impl Line {
         self.to_board.extend(bytes);
     }
 
+    /// Whether nothing is on its way to the board.
+    pub fn is_silent(&self) -> bool {
+        self.to_board.is_empty()
+    }
+
     /// What the board has sent since this was last asked.
     pub fn take(&mut self) -> Vec<u8> {
         std::mem::take(&mut self.to_console)

@@ -86,16 +86,16 @@ pub struct Frame {
 impl Frame {
     /// Without code and CRC.
     pub fn new(kind: Kind, counter: u32, payload: impl Pod) -> Self {
-        const { assert!(PAYLOAD_BYTES == 40) };
-        Self {
-            kind: kind as u8,
-            version: VERSION,
-            reserved: [0; 2],
-            counter,
-            payload: bytemuck::cast(payload),
-            code: [0; 16],
-            crc: 0,
-        }
+        let mut frame = Self::zeroed();
+        frame.begin(kind, counter);
+        frame.payload = bytemuck::cast(payload);
+        frame
+    }
+
+    /// Fills in what comes before the payload.
+    pub fn begin(&mut self, kind: Kind, counter: u32) {
+        (self.kind, self.version, self.reserved) = (kind as u8, VERSION, [0; 2]);
+        self.counter = counter;
     }
 
     /// Its payload, whatever it is read as.

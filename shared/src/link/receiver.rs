@@ -1,6 +1,5 @@
 //! Frames out of a stream of bytes.
 
-use bytemuck::Zeroable;
 use cobs::{DecodeResult, DecoderState};
 
 use super::{FRAME_BYTES, Frame, Kind};
@@ -17,8 +16,8 @@ pub struct Receiver {
 
 impl Receiver {
     /// At the start of a stream.
-    pub fn new() -> Self {
-        Self { state: DecoderState::Idle, frame: Frame::zeroed(), length: 0 }
+    pub const fn new() -> Self {
+        Self { state: DecoderState::Idle, frame: bytemuck::zeroed(), length: 0 }
     }
 
     /// The last frame that was complete.

@@ -4,7 +4,7 @@
 //! anyone can send who has recorded one, cannot throw the operator out.
 
 use shared::fault::LinkRefusal;
-use shared::link::{DEFAULT_KEY, Frame, Hello, Key, Welcome, session_message};
+use shared::link::{DEFAULT_KEY, Frame, Key, Welcome, session_message};
 
 use super::code::{hmac, is_coded};
 
@@ -34,9 +34,17 @@ pub struct Sessions {
 }
 
 impl Sessions {
-    /// There is none yet.
-    pub fn new(access: Access) -> Self {
-        Self { access, hellos: 0, current: None, candidate: None }
+    /// There is none yet, and nobody may open one.
+    pub const NONE: Self = Self {
+        access: Access { key: DEFAULT_KEY, boots: 0 },
+        hellos: 0,
+        current: None,
+        candidate: None,
+    };
+
+    /// Says who may command.
+    pub fn set(&mut self, access: &Access) {
+        self.access = *access;
     }
 
     /// Whether anybody could have the operator's key.
@@ -44,26 +52,26 @@ impl Sessions {
         self.access.key == DEFAULT_KEY
     }
 
-    /// Boots so far.
-    pub fn boots(&self) -> u32 {
-        self.access.boots
-    }
-
-    /// Opens a candidate.
+    /// Whether a session may be opened: the Hello's code is right, and the nonce would not come twice.
     ///
     /// # Errors
-    /// The code is wrong, or the nonce would come twice.
+    /// Why not.
     #[inline(never)]
-    pub fn open(&mut self, frame: &Frame) -> Result<Welcome, LinkRefusal> {
+    pub fn open(&mut self, frame: &Frame) -> Result<(), LinkRefusal> {
         if !is_coded(&self.access.key, frame) {
             return Err(LinkRefusal::BadCode);
         }
         self.hellos = self.hellos.checked_add(1).ok_or(LinkRefusal::SessionsUsedUp)?;
+        Ok(())
+    }
+
+    /// The answer to the Hello that was just taken.
+    #[inline(never)]
+    pub fn welcome(&mut self, challenge: [u8; 16]) -> Welcome {
         let (boots, hellos) = (self.access.boots, self.hellos);
-        let challenge = frame.payload::<Hello>().challenge;
         let key = hmac(&self.access.key, &session_message(challenge, boots, hellos));
         self.candidate = Some(Session { key, last: 0 });
-        Ok(Welcome { challenge, boots, hellos, reserved: [0; 16] })
+        Welcome { challenge, boots, hellos, reserved: [0; 16] }
     }
 
     /// Whether `frame` is the operator's and new; makes the candidate current if it is that one's.

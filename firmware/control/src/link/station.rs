@@ -8,7 +8,7 @@ use shared::command::Command;
 use shared::evidence::{CHUNK_BYTES, CHUNKS, Image};
 use shared::fault::{LinkRefusal, Mode, Refusal};
 use shared::link::{
-    Answer, Counters, Evidence, Frame, Kind, Query, QueryKind, Receiver, State, Versions,
+    Answer, Counters, Evidence, Frame, Hello, Kind, Query, QueryKind, Receiver, State, Versions,
 };
 use shared::telemetry::Record;
 
@@ -38,12 +38,24 @@ impl Archive for Image {
 }
 
 /// What the next tick is to be told.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Served {
-    /// An order.
-    pub order: Option<Order>,
+    /// Meaningful while `ordered`: all bytes of nothing are zero, so that it takes no room in an image.
+    order: Order,
+    ordered: bool,
     /// A new authentic frame of the operator came.
     pub alive: bool,
+}
+
+impl Served {
+    /// Nothing.
+    pub const NONE: Self = Self { order: Order::Arm, ordered: false, alive: false };
+
+    /// An order, if there is one.
+    #[inline(always)]
+    pub fn order(&self) -> Option<&Order> {
+        if self.ordered { Some(&self.order) } else { None }
+    }
 }
 
 /// What a byte led to.
@@ -51,8 +63,8 @@ enum Reply {
     None,
     /// The frame that is to be sent is complete.
     Frame,
-    /// It needs this piece of evidence.
-    Piece(u8, u16),
+    /// It needs the piece of evidence that was asked for.
+    Piece,
 }
 
 /// Bytes taken at a time: three frames.
@@ -78,33 +90,15 @@ pub struct Station {
 }
 
 impl Station {
-    /// For a validated configuration.
-    #[inline(never)]
-    pub fn new(config: &Config, access: Access) -> Self {
-        let sessions = Sessions::new(access);
-        let versions = Versions {
-            firmware: const {
-                [
-                    number(env!("CARGO_PKG_VERSION_MAJOR")),
-                    number(env!("CARGO_PKG_VERSION_MINOR")),
-                    number(env!("CARGO_PKG_VERSION_PATCH")),
-                ]
-            },
-            default_key: u8::from(sessions.has_default_key()),
-            reserved: 0,
-            parameters: config.crc(),
-            tick_hz: config.tick_hz,
-            pieces: CHUNKS as u32,
-            boots: sessions.boots(),
-            rest: [0; 4],
-        };
+    /// Without a configuration.
+    pub const fn new() -> Self {
         Self {
-            planner: Planner::new(config),
-            sessions,
+            planner: bytemuck::zeroed(),
+            sessions: Sessions::NONE,
             receiver: Receiver::new(),
-            served: Served { order: None, alive: false },
+            served: Served::NONE,
             state: bytemuck::zeroed(),
-            versions,
+            versions: bytemuck::zeroed(),
             counters: bytemuck::zeroed(),
             reply: bytemuck::zeroed(),
             sent: 0,
@@ -113,7 +107,31 @@ impl Station {
         }
     }
 
+    /// Takes a validated configuration and who may command; to be called once, before anything else.
+    #[inline(never)]
+    pub fn configure(&mut self, config: &Config, access: &Access) {
+        self.planner.set(config);
+        self.sessions.set(access);
+        self.versions = Versions {
+            firmware: const {
+                [
+                    number(env!("CARGO_PKG_VERSION_MAJOR")),
+                    number(env!("CARGO_PKG_VERSION_MINOR")),
+                    number(env!("CARGO_PKG_VERSION_PATCH")),
+                ]
+            },
+            default_key: u8::from(self.sessions.has_default_key()),
+            reserved: 0,
+            parameters: config.crc(),
+            tick_hz: config.tick_hz,
+            pieces: CHUNKS as u32,
+            boots: access.boots,
+            rest: [0; 4],
+        };
+    }
+
     /// Takes note of a tick's record.
+    #[inline(never)]
     pub fn note(&mut self, record: &Record) {
         self.state = State::from(record);
     }
@@ -125,10 +143,10 @@ impl Station {
 
     /// A tick took what was served; its record names this [`Refusal`].
     pub fn taken(&mut self, refusal: u8) {
-        if self.served.order.is_some() {
+        if self.served.ordered {
             self.verdict = Some(refusal);
         }
-        self.served = Served { order: None, alive: false };
+        (self.served.ordered, self.served.alive) = (false, false);
     }
 
     /// Takes what has come in, up to an order, and answers.
@@ -139,7 +157,7 @@ impl Station {
         }
         for _ in 0..BYTES_MAX {
             let mut byte = [0];
-            if self.served.order.is_some()
+            if self.served.ordered
                 || !matches!(stream.read_ready(), Ok(true))
                 || !matches!(stream.read(&mut byte), Ok(1))
             {
@@ -149,57 +167,48 @@ impl Station {
             match self.take(byte) {
                 Reply::None => continue,
                 Reply::Frame => {}
-                Reply::Piece(section, index) => {
-                    self.reply_piece(section, index, archive.chunk(section, index));
-                }
+                Reply::Piece => self.reply_piece(archive),
             }
             send(stream, &self.reply);
         }
         self.lower();
     }
 
-    /// Takes one byte.
+    /// Takes one byte. Little is kept on the stack here: checking a code takes most of it.
     #[inline(never)]
     fn take(&mut self, byte: u8) -> Reply {
-        match self.receiver.feed(byte) {
-            None => Reply::None,
-            Some(Err(refusal)) => {
-                count(&mut self.counters.malformed);
-                self.refuse(refusal)
+        let Some(received) = self.receiver.feed(byte) else { return Reply::None };
+        let taken = received.and_then(|kind| {
+            let frame = self.receiver.frame();
+            match kind {
+                Kind::Stop => {}
+                Kind::Hello => self.sessions.open(frame)?,
+                Kind::Heartbeat | Kind::Command | Kind::Query => self.sessions.admit(frame)?,
+                _ => return Err(LinkRefusal::Kind),
             }
-            Some(Ok(kind)) => self.judge(kind).unwrap_or_else(|refusal| self.refuse(refusal)),
-        }
+            self.obey(kind)
+        });
+        taken.unwrap_or_else(|refusal| self.refuse(refusal))
     }
 
-    /// Takes a well-formed frame.
-    fn judge(&mut self, kind: Kind) -> Result<Reply, LinkRefusal> {
-        let counters = &mut self.counters;
+    /// Does what a frame asks that passed its checks.
+    #[inline(never)]
+    fn obey(&mut self, kind: Kind) -> Result<Reply, LinkRefusal> {
+        self.served.alive |= matches!(kind, Kind::Heartbeat | Kind::Command | Kind::Query);
         match kind {
             Kind::Stop => {
-                count(&mut counters.stops);
+                count(&mut self.counters.stops);
                 self.plan(&Command::Stop);
-                return Ok(Reply::None);
             }
             Kind::Hello => {
-                let welcome = self.sessions.open(self.receiver.frame());
-                let welcome = welcome.inspect_err(|_| count(&mut counters.unauthentic))?;
-                count(&mut counters.hellos);
-                count(&mut counters.taken);
-                self.prepare(Kind::Welcome, bytemuck::cast(welcome));
+                count(&mut self.counters.hellos);
+                count(&mut self.counters.taken);
+                let challenge = self.receiver.frame().payload::<Hello>().challenge;
+                let welcome = self.sessions.welcome(challenge);
+                self.reply.payload = bytemuck::cast(welcome);
+                self.prepare(Kind::Welcome);
                 return Ok(Reply::Frame);
             }
-            Kind::Heartbeat | Kind::Command | Kind::Query => {}
-            _ => {
-                count(&mut counters.malformed);
-                return Err(LinkRefusal::Kind);
-            }
-        }
-        self.sessions.admit(self.receiver.frame()).inspect_err(|refusal| {
-            let stale = *refusal == LinkRefusal::Stale;
-            count(if stale { &mut counters.stale } else { &mut counters.unauthentic });
-        })?;
-        self.served.alive = true;
-        match kind {
             Kind::Command => {
                 let command = Command::from_bytes(&self.receiver.frame().payload());
                 self.plan(&command.ok_or(LinkRefusal::Malformed)?);
@@ -211,47 +220,58 @@ impl Station {
     }
 
     /// Plans an order for the next tick.
+    #[inline(never)]
     fn plan(&mut self, command: &Command) {
         count(&mut self.counters.taken);
         count(&mut self.counters.orders);
         let frame = self.receiver.frame();
         self.asked = Some((frame.kind, frame.counter));
         let locked = *command == Command::Arm && self.sessions.has_default_key();
-        self.served.order = Some(if locked {
+        self.served.order = if locked {
             Order::Refused(Refusal::DefaultKey)
         } else {
             self.planner.plan(command, &self.state.code)
-        });
+        };
+        self.served.ordered = true;
     }
 
     fn query(&mut self) -> Result<Reply, LinkRefusal> {
         let query: Query = self.receiver.frame().payload();
         let what = QueryKind::from_number(query.what).ok_or(LinkRefusal::Malformed)?;
         count(&mut self.counters.taken);
-        match what {
-            QueryKind::State => self.prepare(Kind::State, bytemuck::cast(self.state)),
-            QueryKind::Versions => self.prepare(Kind::Versions, bytemuck::cast(self.versions)),
-            QueryKind::Counters => self.prepare(Kind::Counters, bytemuck::cast(self.counters)),
-            QueryKind::Evidence => return Ok(Reply::Piece(query.section, query.index)),
-        }
+        let (kind, payload) = match what {
+            QueryKind::State => (Kind::State, bytemuck::cast_ref(&self.state)),
+            QueryKind::Versions => (Kind::Versions, bytemuck::cast_ref(&self.versions)),
+            QueryKind::Counters => (Kind::Counters, bytemuck::cast_ref(&self.counters)),
+            QueryKind::Evidence => return Ok(Reply::Piece),
+        };
+        self.reply.payload = *payload;
+        self.prepare(kind);
         Ok(Reply::Frame)
     }
 
     #[inline(never)]
-    fn reply_piece(&mut self, section: u8, index: u16, piece: Option<[u8; CHUNK_BYTES]>) {
-        match piece {
+    fn reply_piece(&mut self, archive: &impl Archive) {
+        let Query { section, index, .. } = self.receiver.frame().payload();
+        match archive.chunk(section, index) {
             Some(bytes) => {
                 let piece = Evidence { reserved: 0, section, index, bytes };
-                self.prepare(Kind::Evidence, bytemuck::cast(piece));
+                self.reply.payload = bytemuck::cast(piece);
+                self.prepare(Kind::Evidence);
             }
             None => self.answer_received(LinkRefusal::NoSuchPiece as u8),
         }
     }
 
     fn refuse(&mut self, refusal: LinkRefusal) -> Reply {
-        if refusal == LinkRefusal::Malformed {
-            count(&mut self.counters.meaningless);
-        }
+        use LinkRefusal::{BadCode, Malformed, NoSession, SessionsUsedUp, Stale};
+        let counters = &mut self.counters;
+        count(match refusal {
+            Stale => &mut counters.stale,
+            Malformed => &mut counters.meaningless,
+            NoSession | BadCode | SessionsUsedUp => &mut counters.unauthentic,
+            _ => &mut counters.malformed,
+        });
         self.answer_received(refusal as u8);
         Reply::Frame
     }
@@ -262,10 +282,10 @@ impl Station {
         self.answer(frame.kind, frame.counter, reason);
     }
 
-    #[inline(never)]
     fn answer(&mut self, kind: u8, counter: u32, reason: u8) {
         let answer = Answer { kind, reason, reserved: [0; 2], counter, rest: [0; 8] };
-        self.prepare(Kind::Answer, bytemuck::cast(answer));
+        self.reply.payload = bytemuck::cast(answer);
+        self.prepare(Kind::Answer);
     }
 
     /// Answers a command whose order a tick has taken; whether there is one.
@@ -280,25 +300,32 @@ impl Station {
         true
     }
 
-    /// Completes the frame to be sent.
+    /// Completes the frame to be sent, whose payload is there.
     #[inline(never)]
-    fn prepare(&mut self, kind: Kind, payload: [u32; 10]) {
+    fn prepare(&mut self, kind: Kind) {
         self.sent = self.sent.wrapping_add(1);
-        self.reply = Frame::new(kind, self.sent, payload);
+        self.reply.begin(kind, self.sent);
         sign(self.sessions.key(kind == Kind::Welcome), &mut self.reply);
     }
 
     /// An arm that a slipping brake lets down needs a way to its rest pose.
     fn lower(&mut self) {
         let waits = self.state.mode == Mode::Lowering as u8 && self.state.path_rate == 0;
-        if waits && self.served.order.is_none() {
-            self.served.order = Some(self.planner.lower(&self.state.code));
+        if waits && !self.served.ordered {
+            self.served.order = self.planner.lower(&self.state.code);
+            self.served.ordered = true;
         }
     }
 }
 
 fn count(counter: &mut u32) {
     *counter = counter.saturating_add(1);
+}
+
+impl Default for Station {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 /// Sends a frame; what a broken line does not take is lost.

@@ -54,8 +54,8 @@ unsafe impl<T> Sync for Owned<T> {}
 /// Written once before SysTick starts, then touched by SysTick alone.
 static CONTROLLER: Owned<MaybeUninit<Controller>> = Owned(UnsafeCell::new(MaybeUninit::uninit()));
 
-/// The operator's end, written once before SysTick starts. Idle's, but the tick's while [`RELEASED`] says so.
-static STATION: Owned<MaybeUninit<Station>> = Owned(UnsafeCell::new(MaybeUninit::uninit()));
+/// The operator's end. Idle's, but the tick's while [`RELEASED`] says so.
+static STATION: Owned<Station> = Owned(UnsafeCell::new(Station::new()));
 
 /// What the tick is told: as [`STATION`].
 static RELEASE: Owned<Release> = Owned(UnsafeCell::new(Release::NONE));
@@ -91,6 +91,30 @@ fn main() -> ! {
     stack::guard();
     stack::paint();
     link::open();
+    // SAFETY: the only reference to it; a hard fault, which writes it too, does not come back.
+    let evidence = unsafe { crash::evidence() };
+    let (mut recorder, tick_hz) = start(evidence);
+    if let Some(tick_hz) = tick_hz {
+        serve(evidence);
+        start_ticking(tick_hz);
+    }
+    defect::in_idle();
+    loop {
+        // SAFETY: SysTick, the only other user, is masked.
+        let left = cortex_m::interrupt::free(|_| !unsafe { &*RECORDS.0.get() }.is_empty());
+        if left {
+            conclude(&mut recorder, evidence);
+            serve(evidence);
+        } else {
+            cortex_m::asm::wfi();
+        }
+    }
+}
+
+/// Takes what the harness hands over; gives ticks a second, unless it was refused. Out of the way of what comes later,
+/// which needs its stack.
+#[inline(never)]
+fn start(evidence: &mut Image) -> (Recorder, Option<u32>) {
     // SAFETY: SysTick is not running yet, and nothing else touches these.
     let (config, core, controller) =
         unsafe { (&mut *CONFIG.0.get(), &mut *CORE.0.get(), &mut *CONTROLLER.0.get()) };
@@ -102,9 +126,7 @@ fn main() -> ! {
     link::receive(&mut key);
     defect::before_configuration(config);
     let crc = defect::in_coefficients(config, crc);
-    // SAFETY: the only reference to it; a hard fault, which writes it too, does not come back.
-    let evidence = unsafe { crash::evidence() };
-    let (mut recorder, Retained { parked: kept, crash }) = Recorder::new(evidence, config.tick_hz);
+    let (recorder, Retained { parked: kept, crash }) = Recorder::new(evidence, config.tick_hz);
     // What the harness gives stands for a memory that outlives the loss of power.
     let retained = Retained { parked: kept.or(Some(parked)), crash };
     let controller = controller.write(Executive::new(wire(), core));
@@ -112,39 +134,35 @@ fn main() -> ! {
         // Those before power-up are the harness's to know.
         let access = Access { key, boots: boots.wrapping_add(evidence.boots) };
         // SAFETY: SysTick is not running yet.
-        unsafe { (*STATION.0.get()).write(Station::new(config, access)) };
+        unsafe { &mut *STATION.0.get() }.configure(config, &access);
         link::send_coefficients(controller.parameter_bytes());
         defect::in_law(controller, config, retained);
-        serve(None, evidence);
-        start_ticking(config.tick_hz);
+        (recorder, Some(config.tick_hz))
     } else {
         link::send_refusal();
-    }
-    defect::in_idle();
-    loop {
-        // SAFETY: SysTick, the only other user, is masked.
-        let record = cortex_m::interrupt::free(|_| unsafe { &mut *RECORDS.0.get() }.pop_front());
-        match record {
-            Some(record) => {
-                recorder.note(evidence, &record);
-                link::send_record(&record);
-                serve(Some(&record), evidence);
-            }
-            None => cortex_m::asm::wfi(),
-        }
+        (recorder, None)
     }
 }
 
-/// Between two ticks: what the last one left, and what the operator wants of the next.
+/// Between two ticks: takes note of what the last one left.
 #[inline(never)]
-fn serve(record: Option<&Record>, evidence: &Image) {
-    // SAFETY: the station was written before; these are idle's until it releases the tick below.
-    let (station, serial, release) = unsafe {
-        ((*STATION.0.get()).assume_init_mut(), &mut *SERIAL.0.get(), &mut *RELEASE.0.get())
-    };
-    if let Some(record) = record {
+fn conclude(recorder: &mut Recorder, evidence: &mut Image) {
+    // SAFETY: no tick comes before idle releases it.
+    let (station, records) = unsafe { (&mut *STATION.0.get(), &mut *RECORDS.0.get()) };
+    if let Some(record) = records.front() {
+        recorder.note(evidence, record);
         station.note(record);
+        link::send_record(record);
     }
+    records.clear();
+}
+
+/// Between two ticks: waits until the next may come, and serves the operator.
+#[inline(never)]
+fn serve(evidence: &Image) {
+    // SAFETY: these are idle's until it releases the tick below.
+    let (station, serial, release) =
+        unsafe { (&mut *STATION.0.get(), &mut *SERIAL.0.get(), &mut *RELEASE.0.get()) };
     link::await_release(release);
     serial.receive(release);
     station.serve(serial, evidence);
@@ -196,18 +214,14 @@ fn SysTick() {
     // SAFETY: SysTick starts only after the controller is written, and is its only user; idle is done with the others
     // until this tick has left its record.
     let (controller, station, release) = unsafe {
-        (
-            (*CONTROLLER.0.get()).assume_init_mut(),
-            (*STATION.0.get()).assume_init_mut(),
-            &*RELEASE.0.get(),
-        )
+        ((*CONTROLLER.0.get()).assume_init_mut(), &mut *STATION.0.get(), &*RELEASE.0.get())
     };
     for poke in &release.pokes {
         poke.apply(controller.memory().as_bytes_mut());
     }
     let served = station.served();
     let input = TickInput {
-        order: served.order.as_ref(),
+        order: served.order(),
         alive: served.alive,
         cycles: release.cycles,
         spent: release.spent,
