@@ -144,6 +144,9 @@ pub struct FaultsArgs {
     /// Seed of every random number; rows that need several take those that follow
     #[arg(long, value_name = "N", value_parser = parse_seed, default_value = "1")]
     pub seed: u64,
+    /// Image of the emulated board, for row 25
+    #[arg(long, value_name = "ELF", default_value = IMAGE)]
+    pub image: PathBuf,
     /// Print the outcome as JSON
     #[arg(long)]
     pub json: bool,

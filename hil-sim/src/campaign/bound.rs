@@ -97,7 +97,7 @@ impl Law<'_> {
     }
 }
 
-/// Joint `j` is limp and gets its brake at the limit; the others stop along the path.
+/// Joint `j` is limp and gets its brake at the limit; the others stop along the path from then on.
 fn isolated(trial: &Trial, from: usize, limit: u32, j: usize, scenario: &Scenario) -> Vec<f64> {
     let frame = &trial.frames[from];
     let t_s = frame.true_s - trial.start_s.unwrap_or(0.0);
@@ -105,12 +105,13 @@ fn isolated(trial: &Trial, from: usize, limit: u32, j: usize, scenario: &Scenari
     let mut model = Model::new(&REFERENCE);
     model.set_payload(scenario.plant.payload_kg);
     let (mut q, mut qd) = (frame.q[j], frame.qd[j]);
-    let brakes_s = f64::from(limit) * TICK_S + BRAKE_CLOSE_S;
+    let reacts_s = f64::from(limit) * TICK_S;
+    let brakes_s = reacts_s + BRAKE_CLOSE_S;
     let h_s = TICK_S / f64::from(SUBSTEPS);
     let mut heights = Vec::new();
     for step in 0..(FOLLOWED_S / h_s) as u32 {
         let now_s = f64::from(step) * h_s;
-        let (mut place, mut speed, mut change) = stopping(&path, t_s, now_s);
+        let (mut place, mut speed, mut change) = stopping(&path, t_s, now_s, reacts_s);
         (place[j], speed[j], change[j]) = (q, qd, 0.0);
         if step % SUBSTEPS == 0 {
             heights.push(model.tip(&place, &speed).0[2]);
@@ -135,15 +136,48 @@ fn braked(speed: f64, taken: f64) -> f64 {
 /// Duration of a stop, s.
 const STOP_S: f64 = 0.15;
 
-/// Position, speed and acceleration of a stop along the path that begins at `t_s`, `now_s` after it: the path rate is
-/// 1 - 3x² + 2x³ over the stop's duration.
-fn stopping(path: &Path, t_s: f64, now_s: f64) -> (Joints, Joints, Joints) {
-    let x = (now_s / STOP_S).min(1.0);
+/// Position, speed and acceleration `now_s` after `t_s` on a path along which a stop begins `after_s` after `t_s`: the
+/// path rate is 1 - 3x² + 2x³ over the stop's duration.
+fn stopping(path: &Path, t_s: f64, now_s: f64, after_s: f64) -> (Joints, Joints, Joints) {
+    if now_s < after_s {
+        let at = path.at(t_s + now_s);
+        return (at.q, at.qd, at.qdd);
+    }
+    let x = ((now_s - after_s) / STOP_S).min(1.0);
     let rate = 1.0 - x * x * (3.0 - 2.0 * x);
     let slope = if x < 1.0 { -6.0 * x * (1.0 - x) / STOP_S } else { 0.0 };
     let way_s = STOP_S * (x - x.powi(3) + 0.5 * x.powi(4));
-    let at = path.at(t_s + way_s);
+    let at = path.at(t_s + after_s + way_s);
     let speed = at.qd.map(|v| v * rate);
     let change = std::array::from_fn(|j| at.qdd[j] * rate * rate + at.qd[j] * slope);
     (at.q, speed, change)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::pose::{PATH_S, Pose};
+
+    #[test]
+    fn stop_follows_its_path_without_a_step_and_comes_to_rest() {
+        let poses = Pose::all().expect("good poses");
+        let path = Path::of(&poses[1].scenario(PATH_S, 1));
+        let (h_s, after_s) = (1e-5, 6e-3);
+        let at = |now_s| stopping(&path, 1.0, now_s, after_s);
+        for step in 0..20_000 {
+            let now_s = f64::from(step) * h_s;
+            let ((q, qd, qdd), (later, faster, _)) = (at(now_s), at(now_s + h_s));
+            for j in 0..JOINTS {
+                assert!((later[j] - q[j] - h_s * qd[j]).abs() < 2e-9, "{now_s} {j}");
+                assert!((faster[j] - qd[j] - h_s * qdd[j]).abs() < 2e-7, "{now_s} {j}");
+            }
+        }
+        assert_eq!(at(after_s + STOP_S + h_s).1, [0.0; JOINTS]);
+    }
+
+    #[test]
+    fn brake_takes_speed_and_never_turns_it() {
+        assert_eq!([braked(0.3, 0.1), braked(-0.3, 0.1)], [0.3 - 0.1, -0.3 + 0.1]);
+        assert_eq!([braked(0.05, 0.1), braked(-0.05, 0.1)], [0.0, 0.0]);
+    }
 }

@@ -2,12 +2,18 @@
 
 use shared::command::Command;
 
+use std::path::Path;
+
 use super::measure::{self, Track};
 use super::pose::{PATH_S, Pose};
 use super::row::{Expect, Sign, Variant};
 use super::trial::{Ask, Order, Plan, Trial, run};
 use crate::faults::Injection;
+use crate::pil::{self, Crash, Crashed, PilError};
 use crate::session::{Event, Frame};
+
+/// The brakes take a tenth of a second, and the arm stands still for a second, s.
+const AFTER_CRASH_S: f64 = 1.5;
 
 /// A variant in a pose with a seed.
 #[derive(Clone, Copy)]
@@ -47,6 +53,22 @@ impl Case<'_> {
             Expect::Ss1 | Expect::Sto | Expect::Hardware | Expect::Isolate(_) | Expect::Lower
         );
         self.plan(&v.faults, &[&v.orders, &v.wrong], !stops)
+    }
+
+    /// The run in which the emulated board breaks down in the pose, and the step at which it does.
+    ///
+    /// # Errors
+    /// Where there is no image, no emulator, or it fails.
+    pub fn broken_down(
+        &self,
+        crash: Crash,
+        image: &Path,
+    ) -> Result<(Plan, Trial, usize), PilError> {
+        let plan = self.plan(&[], &[], false);
+        let Crashed { tape, at, .. } =
+            pil::crash(&plan.scenario, image, crash, self.fault_s(), AFTER_CRASH_S)?;
+        let trial = Trial::of_tape(tape);
+        Ok((plan, trial, at))
     }
 
     /// Step at which the fault begins: that of the first injection, or of the first wrong order.

@@ -1,5 +1,7 @@
 //! Judges one cell of the campaign.
 
+use std::path::Path;
+
 use shared::arm::JOINTS;
 use shared::command::Command;
 use shared::fault::{Mode, Refusal};
@@ -11,11 +13,12 @@ use super::pose::Pose;
 use super::row::{Drop, Expect, Sign, Variant};
 use super::trial::{Ask, Plan, Trial, run};
 use super::verdict::{self, TIGHT_M, Verdict, ZERO_M};
+use crate::pil::Crash;
 
 /// Runs and judges one cell.
-pub fn judge(variant: &Variant, pose: &Pose, seed: u64) -> Verdict {
-    if variant.crash.is_some() {
-        return Verdict::not_run("the emulated board cannot be made to break down");
+pub fn judge(variant: &Variant, pose: &Pose, seed: u64, image: &Path) -> Verdict {
+    if let Some(crash) = variant.crash {
+        return broken_down(&Case { variant, pose, seed }, crash, image);
     }
     let seeds = (0..u64::from(variant.runs)).map(|more| seed + more);
     let verdicts = seeds.map(|seed| once(&Case { variant, pose, seed })).collect::<Vec<_>>();
@@ -34,11 +37,24 @@ fn once(case: &Case<'_>) -> Verdict {
         },
         Err(error) => refused(case.variant, &error.to_string()),
     };
-    let mut verdict = Verdict { twin_tripped: case.twin_trips(), ..verdict };
+    beside_twin(case, verdict)
+}
+
+/// The verdict with what the twin did.
+fn beside_twin(case: &Case<'_>, mut verdict: Verdict) -> Verdict {
+    verdict.twin_tripped = case.twin_trips();
     if verdict.twin_tripped {
         verdict.short.push("the twin tripped".into());
     }
     verdict
+}
+
+/// The emulated board breaks down.
+fn broken_down(case: &Case<'_>, crash: Crash, image: &Path) -> Verdict {
+    match case.broken_down(crash, image) {
+        Ok((plan, trial, begun)) => beside_twin(case, measured(case, &plan, &trial, begun)),
+        Err(error) => Verdict::not_run(&error.to_string()),
+    }
 }
 
 fn refused(variant: &Variant, told: &str) -> Verdict {

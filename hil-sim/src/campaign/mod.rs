@@ -19,14 +19,19 @@ mod trial;
 mod verdict;
 mod witness;
 
+use std::path::PathBuf;
+
 use rayon::prelude::*;
 use serde::Serialize;
+
+use crate::scenario::Scenario;
 
 pub use measure::Reaction;
 pub use pose::{Pose, PoseError};
 pub use table::{HEADER, line, table};
 pub use verdict::{Point, Verdict};
 
+use case::Case;
 use row::Variant;
 use rows::{ROWS, pairs};
 
@@ -77,19 +82,27 @@ struct Work {
     variant: Variant,
 }
 
-/// Runs the rows `only`, or all; `progress` is told the cells done and the cells planned.
+/// What to run, and how.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// This row alone.
+    pub only: Option<u8>,
+    /// First seed of every cell.
+    pub seed: u64,
+    /// The emulated board's image.
+    pub image: PathBuf,
+}
+
+/// Runs the campaign; `progress` is told the cells done and the cells planned.
 ///
 /// # Errors
 /// Where the poses cannot be used.
-pub fn run(
-    only: Option<u8>,
-    seed: u64,
-    progress: &(dyn Fn(u64, u64) + Sync),
-) -> Result<Campaign, PoseError> {
+pub fn run(options: &Options, progress: &(dyn Fn(u64, u64) + Sync)) -> Result<Campaign, PoseError> {
+    let Options { only, seed, ref image } = *options;
     let (works, left) = planned(only)?;
     let done = std::sync::atomic::AtomicU64::new(0);
     let cells = works.par_iter().map(|work| {
-        let verdict = judge::judge(&work.variant, &work.pose, seed);
+        let verdict = judge::judge(&work.variant, &work.pose, seed, image);
         let done = 1 + done.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
         progress(done, works.len() as u64);
         Cell {
@@ -124,6 +137,21 @@ fn planned(only: Option<u8>) -> Result<(Vec<Work>, Vec<Left>), PoseError> {
         }
     }
     Ok((works, left))
+}
+
+/// Ways of a row in a pose as scenarios, by their names: what can be run anywhere, as no orders belong to it.
+///
+/// # Errors
+/// Where the poses cannot be used.
+pub fn scenarios(row: u8, pose: &str, seed: u64) -> Result<Vec<(String, Scenario)>, PoseError> {
+    let (works, _) = planned(Some(row))?;
+    let works = works.iter().filter(|work| work.pose.name == pose);
+    let plans = works.map(|work| {
+        let case = Case { variant: &work.variant, pose: &work.pose, seed };
+        (work.variant.name.clone(), case.faulty())
+    });
+    let plain = plans.filter(|(_, plan)| plan.orders.is_empty());
+    Ok(plain.map(|(name, plan)| (name, plan.scenario)).collect())
 }
 
 impl Campaign {

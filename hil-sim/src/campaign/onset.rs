@@ -154,9 +154,7 @@ fn late(trial: &Trial, begun: usize, count: u32) -> Option<usize> {
     late.map(|pair| pair[1])
 }
 
-/// The torque is wrong by more than what a drifting transducer may be (row 8), and moves the joint by more than noise:
-/// below both a dead drive cannot be told from a drift. Only until a stop begins, whose path is another. The converter
-/// shows in a tick what acted in the step before it.
+/// The torque is off by more than what counts as wrong. The converter shows in a tick what acted in the step before it.
 fn torque_wrong(trial: &Trial, begun: usize, j: usize) -> Option<usize> {
     let full = REFERENCE.drive_full_scale[j];
     let torque_wrong = f64::from(Safety::REFERENCE.torque_wrong[j]);

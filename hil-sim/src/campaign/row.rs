@@ -8,6 +8,7 @@ use super::onset::Condition;
 use super::pose::Pose;
 use super::trial::{Ask, Order, Trial};
 use crate::faults::{Injection, Kind, Target};
+use crate::pil::Crash;
 
 /// What must come of a fault.
 #[derive(Clone, Debug, PartialEq)]
@@ -83,15 +84,6 @@ pub enum Drop {
     Zero,
     /// As far as the bare plant with this fault acting until the reaction's limit, then an ideal reaction; 10 % more.
     Bound(Acting),
-}
-
-/// How the board breaks down.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Crash {
-    /// Hard fault.
-    HardFault,
-    /// Stack overflow.
-    StackOverflow,
 }
 
 /// What acts on the bare plant.

@@ -4,11 +4,9 @@ use shared::arm::JOINTS;
 use shared::fault::Mode;
 use shared::telemetry::Record;
 
-use super::pose::{PATH_S, Pose};
 use super::trial::{TICK_S, Trial};
 use super::witness::Seen;
 use crate::bench::OutputLevels;
-use crate::path::Path;
 use crate::session::Frame;
 
 /// Torque on, brakes open.
@@ -37,13 +35,11 @@ pub fn holding(count: usize) -> Trial {
         chain_closed: true,
         record,
     };
-    let pose = &Pose::all().expect("good poses")[0];
     Trial {
         frames: (0..count).map(frame).collect(),
         seen: vec![Seen::default(); count],
         brakes_open: vec![[true; JOINTS]; count],
         start: Some(0),
-        path: Path::of(&pose.scenario(PATH_S, 1)),
         start_s: Some(0.0),
         events: Vec::new(),
     }

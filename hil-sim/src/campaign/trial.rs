@@ -10,7 +10,7 @@ use super::witness::{Seen, Witness};
 use crate::path::Path;
 use crate::run::{RunError, Software, arm_of, kept_of};
 use crate::scenario::Scenario;
-use crate::session::{Event, Frame, Session};
+use crate::session::{Event, Frame, Session, Tape};
 
 /// One tick, s.
 pub const TICK_S: f64 = 0.5e-3;
@@ -67,8 +67,6 @@ pub struct Trial {
     pub brakes_open: Vec<[bool; JOINTS]>,
     /// Index of the step at the path's start.
     pub start: Option<usize>,
-    /// The path.
-    pub path: Path,
     /// From power-up to the path's start, s.
     pub start_s: Option<f64>,
     /// Times since power-up and events.
@@ -87,8 +85,7 @@ pub fn run(plan: &Plan) -> Result<Trial, RunError> {
     let bench = session.bench();
     let mut software = Software::new(kept_of(scenario), &bench, session.retained(), &mut core)?;
     let witness = Witness::new(&arm_of(scenario));
-    let path = Path::of(scenario);
-    let command = path.command(&arm_of(scenario));
+    let path = Path::of(scenario).command(&arm_of(scenario));
     let watch_s =
         scenario.faults.iter().map(|fault| fault.at_s).fold(f64::INFINITY, f64::min) - FORESIGHT_S;
     let mut orders = plan.orders.iter().peekable();
@@ -100,7 +97,7 @@ pub fn run(plan: &Plan) -> Result<Trial, RunError> {
         if let Some(order) =
             orders.next_if(|order| t_s.is_some_and(|t_s| t_s > order.at_s - 0.5 * TICK_S))
         {
-            session.order(order.ask.command(&command));
+            session.order(order.ask.command(&path));
         }
         if !watched && (watch_s < -1.0 || t_s.is_some_and(|t_s| t_s > watch_s)) {
             bench.borrow_mut().keep_traffic();
@@ -121,7 +118,6 @@ pub fn run(plan: &Plan) -> Result<Trial, RunError> {
         seen,
         brakes_open,
         start: tape.start,
-        path,
         start_s: session.start_s(),
         events,
     })
@@ -198,6 +194,19 @@ pub fn is_still(frame: &Frame) -> bool {
 }
 
 impl Trial {
+    /// A run of which only the tape is known.
+    pub fn of_tape(tape: Tape) -> Self {
+        let count = tape.frames.len();
+        Self {
+            start_s: tape.start.map(|start| tape.frames[start].true_s),
+            start: tape.start,
+            frames: tape.frames,
+            seen: vec![Seen::default(); count],
+            brakes_open: vec![[false; JOINTS]; count],
+            events: Vec::new(),
+        }
+    }
+
     /// Index of the first step at or after `t_s` since the start.
     pub fn index_at(&self, t_s: f64) -> usize {
         let from_s = self.start_s.unwrap_or(0.0) + t_s - 0.1 * TICK_S;
@@ -207,12 +216,6 @@ impl Trial {
     /// Index of the first step with a tick, at `index` or later.
     pub fn ticked_from(&self, index: usize) -> Option<usize> {
         (index..self.frames.len()).find(|i| self.frames[*i].ticked)
-    }
-
-    /// Joint speeds that the path has at a step, rad/s and m/s.
-    pub fn wanted_speed(&self, index: usize) -> [f64; JOINTS] {
-        let t_s = self.start_s.map_or(0.0, |start_s| self.frames[index].true_s - start_s);
-        self.path.at(t_s.max(0.0)).qd
     }
 
     /// Periods from one step to another, the first counting as one.

@@ -5,7 +5,7 @@ use std::path::Path;
 use miette::IntoDiagnostic;
 
 use super::progress::Progress;
-use crate::campaign;
+use crate::campaign::{self, Options};
 use crate::cli::FaultsArgs;
 use crate::report;
 
@@ -15,8 +15,8 @@ const FOLDER: &str = "out/faults";
 /// Runs the campaign; `false` where a cell falls short.
 pub fn faults(args: &FaultsArgs) -> miette::Result<bool> {
     let progress = Progress::counting("fault campaign", "cells");
-    let campaign =
-        campaign::run(args.only, args.seed, &|done, planned| progress.show(done, planned));
+    let options = Options { only: args.only, seed: args.seed, image: args.image.clone() };
+    let campaign = campaign::run(&options, &|done, planned| progress.show(done, planned));
     drop(progress);
     let campaign = campaign.into_diagnostic()?;
     let page = report::write_campaign(Path::new(FOLDER), &campaign).into_diagnostic()?;

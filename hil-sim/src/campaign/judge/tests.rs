@@ -22,12 +22,12 @@ fn lost() -> Variant {
 }
 
 fn short(variant: Variant) -> Vec<String> {
-    judge(&variant, &pose(), SEED).short
+    judge(&variant, &pose(), SEED, Path::new("")).short
 }
 
 #[test]
 fn a_sound_cell_passes() {
-    let verdict = judge(&lost(), &pose(), SEED);
+    let verdict = judge(&lost(), &pose(), SEED, Path::new(""));
     assert_eq!(verdict.short, Vec::<String>::new());
     assert_eq!((verdict.reaction, verdict.fault), (Reaction::Ss1, Fault::EncoderLost));
     assert_eq!((verdict.detect_ticks, verdict.react_ticks), (Some(1), Some(1)));
@@ -74,8 +74,16 @@ fn bare_plant_sinks_the_further_the_later_the_reaction() {
     let limp = Drop::Bound(crate::campaign::row::Acting::Limp);
     let bound = |limit| {
         let way = Variant::new("dead", dead.clone(), Expect::Sto, sign, 2, limit).dropping(limp);
-        judge(&way, &pose(), SEED).bound_m
+        judge(&way, &pose(), SEED, Path::new("")).bound_m
     };
     let [soon, late] = [3, 40].map(bound);
     assert!(0.03 < soon && soon < late && late < 0.3, "{soon} {late}");
+}
+
+#[test]
+fn a_cell_of_the_board_without_an_image_says_how_to_get_one() {
+    let way = Variant { crash: Some(Crash::HardFault), ..lost() };
+    let told = judge(&way, &pose(), SEED, Path::new("nowhere/image")).short;
+    let expected = "not run: no board image at nowhere/image; build it with `cargo firmware`";
+    assert_eq!(told, [expected]);
 }

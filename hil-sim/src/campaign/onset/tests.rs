@@ -70,23 +70,21 @@ fn late_ticks_are_counted_by_true_time() {
 }
 
 #[test]
-fn wrong_torque_asks_for_difference_and_motion() {
-    let told = 0x8000 + 10_000;
-    let trial = |speed: f64, given: f64| {
+fn torque_is_wrong_beyond_its_threshold_one_step_after_it_acted() {
+    let share = 10_000.0 / 32_768.0;
+    let told_nm = share * REFERENCE.drive_full_scale[J];
+    let threshold_nm = f64::from(Safety::REFERENCE.torque_wrong[J]);
+    let at = |given_nm: f64| {
         let mut trial = holding(20);
-        for frame in &mut trial.frames {
-            frame.record.dac[J] = told;
-            frame.torque[J] = 10_000.0 / 32_768.0 * REFERENCE.drive_full_scale[J];
-        }
-        for frame in &mut trial.frames[10..] {
-            frame.torque[J] = given;
-            frame.qd[J] = speed;
+        for (i, frame) in trial.frames.iter_mut().enumerate() {
+            frame.record.dac[J] = 0x8000 + 10_000;
+            frame.torque[J] = if i < 10 { told_nm } else { given_nm };
         }
         Condition::TorqueWrong(J).index(&trial, 5)
     };
-    assert_eq!(trial(0.1, 0.0), Some(11));
-    assert_eq!(trial(1e-3, 0.0), None);
-    assert_eq!(trial(0.1, 10_000.0 / 32_768.0 * REFERENCE.drive_full_scale[J]), None);
+    assert_eq!(at(0.0), Some(11));
+    assert_eq!(at(told_nm - 1.01 * threshold_nm), Some(11));
+    assert_eq!(at(told_nm - 0.99 * threshold_nm), None);
 }
 
 #[test]

@@ -4,8 +4,9 @@ use shared::fault::Fault;
 
 use super::Ways;
 use crate::campaign::pose::Pose;
-use crate::campaign::row::{Acting, Crash, Drop, Expect, Sign, Variant, fault};
+use crate::campaign::row::{Acting, Drop, Expect, Sign, Variant, fault};
 use crate::faults::{Kind, Place, Target};
+use crate::pil::Crash;
 
 pub fn flips(_: &Pose) -> Ways {
     let flipped = Sign::Fault(&[Fault::ParameterFlipped]);
@@ -37,7 +38,7 @@ pub fn flips(_: &Pose) -> Ways {
 pub fn crash(_: &Pose) -> Ways {
     let crash = |name: &str, crash, faults| {
         // 1 ms.
-        let way = Variant::new(name, Vec::new(), Expect::Hardware, Sign::Fault(faults), 2, 2);
+        let way = Variant::new(name, Vec::new(), Expect::Sto, Sign::Fault(faults), 2, 2);
         Variant { crash: Some(crash), ..way }.dropping(Drop::Bound(Acting::Held))
     };
     Ok(vec![
