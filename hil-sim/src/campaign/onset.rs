@@ -164,9 +164,9 @@ fn torque_wrong(trial: &Trial, begun: usize, j: usize) -> Option<usize> {
         (frame.torque[j] - told).abs() > torque_wrong
     };
     let stopped = measure::first_stop(trial, begun).unwrap_or(trial.frames.len());
-    // The converter's filter shows a torque that lasts.
-    let shows = |last: &usize| (last + 1 - FILTER_TICKS..=*last).all(wrong);
-    trial.ticked_from((begun.max(FILTER_TICKS)..stopped).find(shows)? + 1)
+    // The converter's filter does not show one that comes and goes.
+    let lasts = |first: &usize| (*first..stopped.min(first + FILTER_TICKS)).all(wrong);
+    trial.ticked_from((begun..stopped).find(lasts)? + 1)
 }
 
 /// Ticks that the torque converter's filter takes.
