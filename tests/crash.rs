@@ -80,6 +80,10 @@ fn a_crash_is_left_by_clear_and_a_confirmed_pose_only() {
             Refusal::from_number(record.refusal).expect("a refusal"),
         )
     };
+    // The board has forgotten the operator's session.
+    let record = after(&mut session, &mut board, Command::Clear);
+    assert_eq!(brief(record), (Mode::Latched, Fault::HardFault, Refusal::None));
+    session.reconnect();
     let mut order = |command| brief(after(&mut session, &mut board, command));
     let crashed = (Mode::Latched, Fault::HardFault, Refusal::WrongMode);
     assert_eq!(order(Command::Arm), crashed);

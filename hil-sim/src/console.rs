@@ -7,8 +7,10 @@ use std::collections::VecDeque;
 use hmac::{Hmac, KeyInit, Mac};
 use sha2::Sha256;
 use shared::command::Command;
+use shared::fault::LinkRefusal;
 use shared::link::{
-    CODED_BYTES, Frame, Hello, Key, Kind, Query, QueryKind, Receiver, Welcome, session_message,
+    Answer, CODED_BYTES, Frame, Hello, Key, Kind, Query, QueryKind, Receiver, Welcome,
+    session_message,
 };
 
 pub use line::Line;
@@ -80,6 +82,13 @@ impl Console {
         bytes
     }
 
+    /// Leaves the session, which a board forgets at its reset, and says Hello with another challenge.
+    pub fn start_over(&mut self) {
+        let [first, ..] = &mut self.challenge;
+        *first = first.wrapping_add(1);
+        (self.session, self.greeted, self.left) = (None, false, 0);
+    }
+
     /// A Hello.
     pub fn hello(&mut self) -> Frame {
         let hello = Hello { challenge: self.challenge, reserved: [0; 24] };
@@ -136,6 +145,13 @@ impl Console {
         self.session.is_some()
     }
 
+    /// The board knows of no session, as after a reset: the next thing said is a Hello.
+    fn begin_anew(&mut self) {
+        (self.session, self.greeted, self.heard) = (None, false, 0);
+        let next = u128::from_le_bytes(self.challenge).wrapping_add(1);
+        self.challenge = next.to_le_bytes();
+    }
+
     fn take(&mut self, kind: Kind, frame: Frame) {
         if kind == Kind::Welcome {
             let Welcome { challenge, boots, hellos, .. } = frame.payload();
@@ -145,6 +161,13 @@ impl Console {
                 self.frames.push_back(frame);
             }
             return;
+        }
+        let answer: Answer = frame.payload();
+        if kind == Kind::Answer
+            && answer.reason == LinkRefusal::NoSession as u8
+            && is_coded(&self.key, &frame)
+        {
+            self.begin_anew();
         }
         let key = self.session.unwrap_or(self.key);
         if is_coded(&key, &frame) && frame.counter > self.heard {

@@ -27,7 +27,7 @@ pub enum Condition {
     Doubtful(usize),
     /// So many ticks came late.
     Late(u32),
-    /// A drive gives another torque than it is told, and it shows.
+    /// A drive gives another torque than it is told for as long as the torque converter's filter takes.
     TorqueWrong(usize),
     /// A joint has moved by this much, rad or m.
     Moved(usize, f64),
@@ -158,14 +158,19 @@ fn late(trial: &Trial, begun: usize, count: u32) -> Option<usize> {
 fn torque_wrong(trial: &Trial, begun: usize, j: usize) -> Option<usize> {
     let full = REFERENCE.drive_full_scale[j];
     let torque_wrong = f64::from(Safety::REFERENCE.torque_wrong[j]);
-    let wrong = |i: &usize| {
-        let (frame, before) = (&trial.frames[*i], &trial.frames[*i - 1]);
+    let wrong = |i: usize| {
+        let (frame, before) = (&trial.frames[i], &trial.frames[i - 1]);
         let told = (f64::from(before.record.dac[j]) - 32_768.0) / 32_768.0 * full;
         (frame.torque[j] - told).abs() > torque_wrong
     };
     let stopped = measure::first_stop(trial, begun).unwrap_or(trial.frames.len());
-    trial.ticked_from((begun.max(1)..stopped).find(wrong)? + 1)
+    // The converter's filter shows a torque that lasts.
+    let shows = |last: &usize| (last + 1 - FILTER_TICKS..=*last).all(wrong);
+    trial.ticked_from((begun.max(FILTER_TICKS)..stopped).find(shows)? + 1)
 }
+
+/// Ticks that the torque converter's filter takes.
+const FILTER_TICKS: usize = 3;
 
 #[cfg(test)]
 mod tests;

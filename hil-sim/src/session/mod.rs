@@ -163,6 +163,11 @@ impl<'a> Session<'a> {
         self.command = Some(command);
     }
 
+    /// The operator begins another session with the board, which has been reset.
+    pub fn reconnect(&mut self) {
+        self.console.start_over();
+    }
+
     /// One tick of `controller` and of the plant after it, or one period in which a fault lets none come; gives
     /// the last record.
     ///

@@ -100,3 +100,16 @@ fn a_repeated_hello_takes_nothing_over_but_another_operator_does() {
     assert_eq!(rig.send(&arm.to_wire()), NOTHING);
     assert_eq!(rig.answer_to(&mut second).2, LinkRefusal::BadCode as u8);
 }
+
+#[test]
+fn a_console_greets_a_board_again_that_was_reset() {
+    let (_, mut console) = Rig::in_session();
+    let mut rig = Rig::new(KEY, 4);
+    // A heartbeat that nobody knows, a Hello, a heartbeat.
+    let mut alive = false;
+    for _ in 0..3 {
+        alive = rig.send(&console.speak(None)).alive;
+        rig.heard_by(&mut console);
+    }
+    assert!(alive && console.is_in_session());
+}

@@ -25,7 +25,7 @@ pub unsafe fn evidence() -> &'static mut Image {
 
 /// What is kept now, for the harness to read.
 pub fn kept() -> &'static [u8] {
-    // SAFETY: read in a tick, while idle has nothing to write.
+    // SAFETY: read by idle between two ticks, which alone writes to it then.
     bytemuck::bytes_of(unsafe { (*EVIDENCE.0.get()).assume_init_ref() })
 }
 
