@@ -29,8 +29,9 @@ unsafe extern "C" {
 /// # Safety
 /// To be called once.
 pub unsafe fn evidence() -> &'static mut Image {
+    let kept = &raw mut EVIDENCE;
     // SAFETY: any bytes are an image, and the caller has the only reference.
-    unsafe { (*(&raw mut EVIDENCE)).assume_init_mut() }
+    unsafe { (*kept).assume_init_mut() }
 }
 
 /// Torque off, brakes set.

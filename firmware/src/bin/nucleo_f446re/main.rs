@@ -101,8 +101,9 @@ fn control(
         outputs: pins.outputs,
         inputs: pins.inputs,
     };
+    let core = &raw mut CORE;
     // SAFETY: `main` alone is running, and hands it to the interrupt with the rest.
-    let core = unsafe { &mut *(&raw mut CORE) };
+    let core = unsafe { &mut *core };
     let mut executive = Executive::new(io, core);
     executive.configure(&config, config.crc(), retained)?;
     Ok(Control {
