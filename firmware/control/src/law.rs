@@ -11,6 +11,7 @@
 //!   against wa, here it is a local argument.
 
 use bytemuck::{Pod, Zeroable};
+use shared::arm::JOINTS;
 
 use crate::config::{Gains, Law};
 use crate::dynamics::{Constants, Terms};
@@ -81,12 +82,22 @@ pub struct Wanted {
 }
 
 impl Coefficients {
-    /// The acceleration that the law asks for, rad/s² and m/s²: its gains show in nothing else.
-    pub fn acceleration(&self, s: &State) -> JointVector {
-        match self.law {
-            Law::PD => self.pd(s),
-            _ => self.backstepping(s, &self.z(s)),
+    /// What these gains in place of those `before` take off the acceleration that the law asks for, rad/s² and m/s²:
+    /// they show in nothing else.
+    pub fn less_than(&self, before: &Self, e1: &JointVector, e1_dot: &JointVector) -> JointVector {
+        let mut less = JointVector::repeat(0.0);
+        for j in 0..JOINTS {
+            let (now, then) = (self.stiffness(j), before.stiffness(j));
+            less[j] = (now.0 - then.0) * e1[j] + (now.1 - then.1) * e1_dot[j];
         }
+        less
+    }
+
+    /// The law's factors of e1 and of e1' for joint `j`.
+    #[inline(always)]
+    fn stiffness(&self, j: usize) -> (f32, f32) {
+        let (k1, k2) = (self.k1[j], self.k2[j]);
+        if self.law == Law::PD { (k2, k1) } else { (k1 * k2, k1 + k2) }
     }
 
     #[inline(always)]

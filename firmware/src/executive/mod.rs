@@ -114,11 +114,18 @@ impl<'m, S: SpiDevice, O: OutputPin, I: InputPin> Executive<'m, S, O, I> {
     #[inline(always)]
     pub fn tick(&mut self, input: &TickInput<'_>, records: &mut impl RecordSink) {
         let sound = self.core.begin();
-        let mut driven = self.update();
-        if !sound {
-            self.repair(records);
-            return;
+        let driven = self.update();
+        let (control, codes) = if sound { self.work(input, driven) } else { self.repair() };
+        let record = self.core.record(&control, codes, self.adc.codes(), self.powered);
+        if !records.push(record) {
+            self.core.record_dropped();
         }
+        self.feed_watchdog();
+    }
+
+    /// What a tick is for, with parameters that can be used.
+    #[inline(always)]
+    fn work(&mut self, input: &TickInput<'_>, mut driven: bool) -> (Control, [u16; JOINTS]) {
         self.sample(input);
         self.supervise(input);
         driven &= self.drive();
@@ -127,11 +134,7 @@ impl<'m, S: SpiDevice, O: OutputPin, I: InputPin> Executive<'m, S, O, I> {
         if self.core.conclude(driven) {
             self.drive_again();
         }
-        let record = self.core.record(&control, codes, self.adc.codes(), self.powered);
-        if !records.push(record) {
-            self.core.record_dropped();
-        }
-        self.feed_watchdog();
+        (control, codes)
     }
 
     /// Reads encoders, in joint order as their latch offsets assume, and the torque converter.

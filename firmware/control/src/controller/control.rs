@@ -1,5 +1,6 @@
 //! Estimate, set-point, law and limits.
 
+use shared::arm::JOINTS;
 use shared::fault::{Fault, Limit};
 
 use super::{BACKUP_TICKS, Core, TickInput, Trace, zero};
@@ -77,7 +78,7 @@ impl Core {
         // Infinity and NaN stay what they are when multiplied by zero.
         let finite = state.e1_dot.sum() * 0.0 == 0.0;
         let far = self.motions.is_far(&self.memory.thresholds.motion, &state.e1);
-        if (far | !finite) && self.stray() {
+        if (far | !finite) && self.stray(state.e1) {
             return Control { torque: self.trace.written, ..Control::none() };
         }
         let limits = &self.memory.thresholds.motion;
@@ -122,6 +123,13 @@ impl Core {
         State { q, qd, e1, e1_dot, qdd_d: aim.acceleration.into() }
     }
 
+    /// The same where it is rarely wanted.
+    #[cold]
+    #[inline(never)]
+    fn rare_state(&self) -> State {
+        self.state()
+    }
+
     /// What the next ticks' monitors compare with.
     #[inline(always)]
     fn remember(&mut self, e1_dot: &JointVector, acceleration: &JointVector, saturated: u8) {
@@ -145,35 +153,22 @@ impl Core {
     #[cold]
     #[inline(never)]
     fn rest(&mut self) -> Control {
-        let observers = &self.memory.estimates.observers;
         let (written, acting) = (self.trace.written, self.trace.acting);
-        let aim = SetPoint::hold(observers.map(|o| o.position));
+        let aim = SetPoint::hold(self.memory.estimates.observers.map(|o| o.position));
         self.trace = Trace { written, acting, aim, ..Trace::NONE };
-        let scales = &self.memory.coefficients.scales;
-        let mut qd = zero();
-        for ((slot, observer), scale) in qd.iter_mut().zip(observers).zip(scales) {
-            *slot = observer.velocity(scale);
-        }
-        Control { qd, ..Control::none() }
+        Control { qd: self.rare_state().qd, ..Control::none() }
     }
 
     /// Looks into estimates that are far from the set-point or no numbers; whether this tick has to do without the
     /// law.
     #[cold]
     #[inline(never)]
-    fn stray(&mut self) -> bool {
+    fn stray(&mut self, e1: JointVector) -> bool {
         let damaged = self.mend();
         if damaged != 0 {
             self.findings.raise(Finding { fault: Fault::NotFinite, joints: damaged });
             self.spoilt = true;
             return true;
-        }
-        let (observers, scales) =
-            (&self.memory.estimates.observers, &self.memory.coefficients.scales);
-        let mut e1 = zero();
-        let pairs = observers.iter().zip(&self.trace.aim.position).zip(scales);
-        for (slot, ((observer, aim), scale)) in e1.iter_mut().zip(pairs) {
-            *slot = observer.position.wrapping_sub(*aim) as i32 as f32 * scale.step;
         }
         let limits = &self.memory.thresholds.motion;
         self.motions.judge_error(limits, &e1, self.trace.isolated, &mut self.findings)
@@ -208,14 +203,12 @@ impl Core {
     #[cold]
     #[inline(never)]
     fn ease(&self, mut state: State) -> State {
-        if self.trace.soft {
-            (state.e1, state.e1_dot) = (state.e1 * 0.25, state.e1_dot * 0.5);
-        }
-        let errors = state.e1.iter_mut().zip(&mut state.e1_dot).zip(&mut state.qdd_d);
-        for (j, ((e1, e1_dot), qdd_d)) in errors.enumerate() {
-            if self.trace.isolated >> j & 1 != 0 {
-                (*e1, *e1_dot, *qdd_d) = (0.0, 0.0, 0.0);
-            }
+        let (p, d) = if self.trace.soft { (0.25, 0.5) } else { (1.0, 1.0) };
+        for j in 0..JOINTS {
+            let isolated = self.trace.isolated >> j & 1 != 0;
+            state.e1[j] = if isolated { 0.0 } else { state.e1[j] * p };
+            state.e1_dot[j] = if isolated { 0.0 } else { state.e1_dot[j] * d };
+            state.qdd_d[j] = if isolated { 0.0 } else { state.qdd_d[j] };
         }
         state
     }
@@ -228,9 +221,9 @@ impl Core {
         self.memory.gain(gained);
         self.aim();
         if self.trace.in_control {
-            let state = self.state();
+            let state = self.rare_state();
             let c = &self.memory.coefficients;
-            let change = before.acceleration(&state) - c.law.acceleration(&state);
+            let change = c.law.less_than(&before, &state.e1, &state.e1_dot);
             // Gravity cancels.
             let (rest, at) = (zero(), &c.dynamics);
             let step = at.torque(&state.q, &rest, &change) - at.torque(&state.q, &rest, &rest);

@@ -209,6 +209,13 @@ impl Mode {
     /// Pin levels that belong to this mode.
     #[inline(always)]
     pub fn levels(&self, timing: &Timing) -> Levels {
+        if matches!(self, Self::Moving(_)) { Levels::LIVE } else { self.rare_levels(timing) }
+    }
+
+    /// The same where the mode is rarely [`Mode::Moving`].
+    #[cold]
+    #[inline(never)]
+    pub fn rare_levels(&self, timing: &Timing) -> Levels {
         match self {
             Self::Moving(_) | Self::Holding { .. } | Self::Jogging { .. } => Levels::LIVE,
             Self::Boot { ticks, .. } if *ticks < timing.reset => Levels::RESET,
