@@ -8,6 +8,7 @@
 mod crash;
 mod defect;
 mod link;
+mod mem;
 mod stack;
 
 use core::cell::UnsafeCell;

@@ -1,0 +1,58 @@
+//! What the compiler calls to copy and to clear, in a few bytes each: those that come with it are unrolled for long
+//! blocks, and together take 1.4 KiB; the longest block here has some hundred bytes.
+//!
+//! Accesses are volatile so that the compiler does not see a copy in them, which it would call itself for.
+
+/// # Safety
+/// As C's `memcpy`.
+#[unsafe(no_mangle)]
+unsafe extern "C" fn __aeabi_memcpy(to: *mut u8, from: *const u8, length: usize) {
+    for i in 0..length {
+        // SAFETY: the caller's.
+        unsafe { to.add(i).write_volatile(from.add(i).read_volatile()) };
+    }
+}
+
+/// # Safety
+/// As C's `memcpy`, both on a word's boundary.
+#[unsafe(no_mangle)]
+unsafe extern "C" fn __aeabi_memcpy4(to: *mut u32, from: *const u32, length: usize) {
+    let words = length / 4;
+    for i in 0..words {
+        // SAFETY: the caller's.
+        unsafe { to.add(i).write_volatile(from.add(i).read_volatile()) };
+    }
+    // SAFETY: the caller's.
+    unsafe { __aeabi_memcpy(to.add(words).cast(), from.add(words).cast(), length % 4) };
+}
+
+/// # Safety
+/// As [`__aeabi_memcpy4`].
+#[unsafe(no_mangle)]
+unsafe extern "C" fn __aeabi_memcpy8(to: *mut u32, from: *const u32, length: usize) {
+    // SAFETY: the caller's.
+    unsafe { __aeabi_memcpy4(to, from, length) };
+}
+
+/// # Safety
+/// Writes zeros into `length` bytes from a word's boundary on.
+#[unsafe(no_mangle)]
+unsafe extern "C" fn __aeabi_memclr4(to: *mut u32, length: usize) {
+    let words = length / 4;
+    for i in 0..words {
+        // SAFETY: the caller's.
+        unsafe { to.add(i).write_volatile(0) };
+    }
+    for i in 4 * words..length {
+        // SAFETY: the caller's.
+        unsafe { to.cast::<u8>().add(i).write_volatile(0) };
+    }
+}
+
+/// # Safety
+/// As [`__aeabi_memclr4`].
+#[unsafe(no_mangle)]
+unsafe extern "C" fn __aeabi_memclr8(to: *mut u32, length: usize) {
+    // SAFETY: the caller's.
+    unsafe { __aeabi_memclr4(to, length) };
+}
