@@ -213,13 +213,16 @@ impl Planner {
         if speeds.iter().zip(&self.ranges).any(|(v, range)| v.abs() > range.qd_max) {
             return Err(Refusal::TooFast);
         }
-        let here = JointVector::from_fn(|j, _| self.ranges[j].position(codes[j]));
-        for q in [here, here + speeds * JOG_AHEAD_S] {
-            let stops = STOP.iter().all(|&(value, slope)| {
-                self.affords(&q, &(speeds * value), &(speeds * (slope * self.stop_per_s)))
-            });
-            if !stops {
-                return Err(Refusal::NotStoppable);
+        for ahead_s in [0.0, JOG_AHEAD_S] {
+            let mut q = along(&speeds, ahead_s);
+            for ((q, range), &code) in q.iter_mut().zip(&self.ranges).zip(codes) {
+                *q += range.position(code);
+            }
+            for (value, slope) in STOP {
+                let (qd, qdd) = (along(&speeds, value), along(&speeds, slope * self.stop_per_s));
+                if !self.affords(&q, &qd, &qdd) {
+                    return Err(Refusal::NotStoppable);
+                }
             }
         }
         let mut line = Line { velocity: speeds.into(), ..Line::default() };
@@ -261,4 +264,10 @@ impl Planner {
         self.gains = gains;
         Ok(Gained::new(&law::Coefficients::new(&gains, self.tick_hz)))
     }
+}
+
+/// `speeds` times a number.
+#[inline(never)]
+fn along(speeds: &JointVector, by: f32) -> JointVector {
+    speeds * by
 }

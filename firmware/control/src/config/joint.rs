@@ -6,7 +6,7 @@ use bytemuck::{Pod, Zeroable};
 use shared::arm::Arm;
 use shared::wire::biss_c::{LATCH_DELAY_S, Layout};
 
-use super::check::{Check, ConfigError};
+use super::check::Check;
 use super::fields::Field;
 
 /// One joint's encoder, drive, transducer and limits. SI units; joint 4 in m and N.
@@ -83,16 +83,8 @@ impl Joint {
 }
 
 impl Joint {
-    /// Layout of the encoder's frames.
-    /// Refuses a width that no head has.
-    pub fn layout(&self, j: usize) -> Result<Layout, ConfigError> {
-        let value = self.encoder_bits as f32;
-        Layout::new(self.encoder_bits).ok_or(ConfigError::OutOfRange {
-            field: const { Field::named("encoder_bits") },
-            index: j,
-            value,
-            min: BITS_MIN,
-            max: BITS_MAX,
-        })
+    /// Layout of the encoder's frames; one that fits no frame for a width that validation refuses.
+    pub fn layout(&self) -> Layout {
+        Layout::new(self.encoder_bits).unwrap_or_default()
     }
 }

@@ -94,32 +94,30 @@ impl Torques {
         findings: &mut Findings,
     ) {
         self.suspect = 0;
-        let joints = self.confirmed.iter_mut().zip(&mut self.lasting);
-        let limits = l.scale.iter().zip(&l.warn).zip(&l.wrong).zip(&l.speed_error);
-        let seen = codes.iter().zip(applied).zip(speed_error);
-        for (j, ((state, limits), seen)) in joints.zip(limits).zip(seen).enumerate() {
-            let (((scale, warn), wrong), speed) = limits;
-            let ((code, applied), speed_error) = seen;
-            let measured = *code as f32 * scale;
+        for j in 0..JOINTS {
+            let (warn, applied) = (l.warn[j], applied[j]);
+            let measured = codes[j] as f32 * l.scale[j];
             let difference = (measured - applied).abs();
-            if difference > *warn {
+            if difference > warn {
                 findings.limit(Limit::TorqueDrift);
             }
-            if difference <= *wrong {
-                (*state.0, *state.1) = (0, 0);
+            if difference <= l.wrong[j] {
+                (self.confirmed[j], self.lasting[j]) = (0, 0);
                 continue;
             }
             self.suspect |= 1 << j;
-            *state.1 = state.1.saturating_add(1);
-            let dead = measured.abs() <= *warn;
+            let lasting = self.lasting[j].saturating_add(1);
+            self.lasting[j] = lasting;
+            let dead = measured.abs() <= warn;
             // No transducer drifts to just nothing or just the opposite.
-            let plain = *state.1 > PLAIN && (dead || (measured + applied).abs() <= *warn);
-            let moves = speed_error.abs() > *speed || blind >> j & 1 != 0;
-            *state.0 = if moves { state.0.saturating_add(1) } else { 0 };
-            if plain || *state.0 >= CONFIRMED {
+            let plain = lasting > PLAIN && (dead || (measured + applied).abs() <= warn);
+            let moves = speed_error[j].abs() > l.speed_error[j] || blind >> j & 1 != 0;
+            let confirmed = if moves { self.confirmed[j].saturating_add(1) } else { 0 };
+            self.confirmed[j] = confirmed;
+            if plain || confirmed >= CONFIRMED {
                 let fault = if dead { Fault::DriveLost } else { Fault::TorqueWrong };
                 findings.raise(Finding::of_joint(fault, j));
-            } else if *state.1 >= l.lasting {
+            } else if lasting >= l.lasting {
                 findings.raise(Finding::of_joint(Fault::TorqueDrift, j));
             }
         }
