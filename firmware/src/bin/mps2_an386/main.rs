@@ -8,7 +8,6 @@
 mod crash;
 mod defect;
 mod link;
-mod mem;
 mod stack;
 
 use core::cell::UnsafeCell;
@@ -24,6 +23,7 @@ use firmware::io::{Inputs, Io, Outputs};
 use firmware::planner::Planner;
 use heapless::Deque;
 use link::{Level, Line, Tunnel};
+use mem as _;
 use shared::arm::JOINTS;
 use shared::pil;
 use shared::telemetry::Record;

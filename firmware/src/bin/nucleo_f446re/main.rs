@@ -24,6 +24,7 @@ use firmware::config::{Config, ConfigError};
 use firmware::controller::Core;
 use firmware::executive::{Executive, Retained, TickInput};
 use firmware::io::Io;
+use mem as _;
 use shared::arm::REFERENCE;
 use stm32f4::stm32f446::{Interrupt, Peripherals, interrupt, iwdg, tim2, tim3};
 
