@@ -11,5 +11,5 @@ pub mod io;
 
 pub use control::{
     JointMatrix, JointVector, config, controller, dynamics, estimator, evidence, kinematics, law,
-    ldlt, math, memory, monitor, path, planner, supervisor,
+    ldlt, link, math, memory, monitor, path, planner, supervisor,
 };

@@ -6,6 +6,7 @@ pub mod campaign;
 pub mod chips;
 pub mod cli;
 pub mod commands;
+pub mod console;
 pub mod faults;
 pub mod metrics;
 pub mod operator;

@@ -9,7 +9,7 @@ use firmware::config::{ArmModel, Config, ConfigError, Law as FirmwareLaw};
 use firmware::controller::Core;
 use firmware::evidence::Recorder;
 use firmware::executive::{Executive, Retained, TickInput};
-use firmware::planner::Planner;
+use firmware::link::{Access, Station};
 use heapless::spsc::Queue;
 use shared::arm::{Arm, JOINTS, REFERENCE};
 use shared::evidence::Image;
@@ -19,6 +19,7 @@ use shared::wire::biss_c::LATCH_DELAY_S;
 use thiserror::Error;
 
 use crate::bench::{self, Bench};
+use crate::console::{KEY, Line};
 use crate::faults::flip_configuration;
 use crate::outcome::{Adaptation, Law, Outcome};
 use crate::scenario::Scenario;
@@ -97,7 +98,10 @@ pub fn kept_of(scenario: &Scenario) -> Kept {
     kept
 }
 
-/// The firmware library wired to a bench, with its telemetry queue.
+/// Who may command the boards of this harness, and their boots before power-up.
+pub const ACCESS: Access = Access { key: KEY, boots: 0 };
+
+/// The firmware library wired to a bench, with its telemetry queue and its end of the operator link.
 pub struct Software<'m> {
     executive: Executive<
         'm,
@@ -105,9 +109,9 @@ pub struct Software<'m> {
         bench::Handle<bench::Output>,
         bench::Handle<bench::Input>,
     >,
-    planner: Planner,
+    station: Station,
+    line: Line,
     queue: Queue<Record, 4>,
-    last: Record,
     recorder: Recorder,
     evidence: Box<Image>,
 }
@@ -128,8 +132,9 @@ impl<'m> Software<'m> {
         executive.configure(&config, crc, retained).map_err(RunError::Config)?;
         let mut evidence: Box<Image> = Box::new(bytemuck::zeroed());
         let (recorder, _) = Recorder::new(&mut evidence, config.tick_hz);
-        let (planner, last) = (Planner::new(&config), Record::default());
-        Ok(Self { executive, planner, queue: Queue::new(), last, recorder, evidence })
+        let access = Access { boots: ACCESS.boots.wrapping_add(evidence.boots), ..ACCESS };
+        let (station, line) = (Station::new(&config, access), Line::default());
+        Ok(Self { executive, station, line, queue: Queue::new(), recorder, evidence })
     }
 
     /// What is kept of the run so far.
@@ -150,22 +155,27 @@ impl Controller for Software<'_> {
         for poke in &release.pokes {
             poke.apply(self.executive.memory().as_bytes_mut());
         }
+        self.line.deliver(release.link());
+        self.station.serve(&mut self.line, &*self.evidence);
         let (mut records, mut idle) = self.queue.split();
-        let codes = self.last.code;
-        let order = release.command.map(|command| self.planner.plan(&command, &codes));
+        let served = self.station.served();
         let input = TickInput {
-            order: order.as_ref(),
-            alive: release.alive,
+            order: served.order.as_ref(),
+            alive: served.alive,
             cycles: release.cycles,
             spent: release.spent,
             conversions: release.conversions,
         };
         self.executive.tick(&input, &mut records);
-        if let Some(record) = idle.dequeue() {
-            self.recorder.note(&mut self.evidence, &record);
-            self.last = record;
-        }
-        Ok(self.last)
+        let record = idle.dequeue().unwrap_or_default();
+        self.recorder.note(&mut self.evidence, &record);
+        self.station.taken(record.refusal);
+        self.station.note(&record);
+        Ok(record)
+    }
+
+    fn said(&mut self) -> Vec<u8> {
+        self.line.take()
     }
 }
 

@@ -194,3 +194,32 @@ codes! {
         OtherLaw = 15,
     }
 }
+
+codes! {
+    /// Why a frame of the operator link had no effect. From 100 on, so that an answer's reason is either one of
+    /// these or a [`Refusal`].
+    LinkRefusal: u8 {
+        /// It is longer or shorter than a frame.
+        Length = 101,
+        /// Its CRC-32 is wrong.
+        Damaged = 102,
+        /// It is of another version of the link.
+        Version = 103,
+        /// Its kind is unknown, or not for the board.
+        Kind = 104,
+        /// Bytes that must be zero are not.
+        Reserved = 105,
+        /// There is no session: a Hello has to come first.
+        NoSession = 106,
+        /// Its code was made with another key.
+        BadCode = 107,
+        /// Its counter is not above that of the last frame taken: a repetition.
+        Stale = 108,
+        /// Its payload is no command or query.
+        Malformed = 109,
+        /// There is no such piece of evidence.
+        NoSuchPiece = 110,
+        /// No new session before the next boot: their number is used up.
+        SessionsUsedUp = 111,
+    }
+}

@@ -5,7 +5,7 @@
 //! bus failed, then as many bytes as it sent. Everything is little-endian.
 
 use crate::arm::JOINTS;
-use crate::command::{COMMAND_BYTES, Command};
+use crate::link::WIRE_BYTES;
 
 /// FIFO that the harness writes, in the emulator's working directory.
 pub const TO_BOARD: &str = "to-board";
@@ -29,6 +29,9 @@ pub const TAG_STACK: u8 = 6;
 /// At any time, the board's last message before it resets itself and waits for its configuration: it took a hard
 /// fault; tag, fault status register (Armv7-M ARM B3.2.15, CFSR) as `u32`.
 pub const TAG_FAULT: u8 = 7;
+
+/// What the board says on the operator link: tag, length, bytes.
+pub const TAG_LINK: u8 = 8;
 
 /// Longest transfer, bytes.
 pub const TRANSFER_MAX: usize = 32;
@@ -69,7 +72,10 @@ pub const ALL_OFF: [u8; 3 * (1 + 2 * JOINTS)] = {
 };
 
 /// Size of a release.
-pub const RELEASE_BYTES: usize = 4 + 4 * 3 + POKES * POKE_BYTES + COMMAND_BYTES;
+pub const RELEASE_BYTES: usize = 4 + 4 * 3 + POKES * POKE_BYTES + LINK_BYTES;
+
+/// Bytes of the operator link that a release can carry: a heartbeat and a command.
+pub const LINK_BYTES: usize = 2 * WIRE_BYTES;
 
 /// Instead of a release: the board answers with [`TAG_STACK`] and ends the emulation.
 pub const QUIT: [u8; RELEASE_BYTES] = [0xFF; RELEASE_BYTES];
@@ -132,12 +138,10 @@ impl Poke {
 }
 
 /// What opens a tick: everything that a tick is told.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Release {
     /// Levels of the input pins: brake feedbacks in bits 0 to 3, emergency stop contacts in 4 and 5.
     pub levels: u8,
-    /// An authentic frame of the operator came since the last tick.
-    pub alive: bool,
     /// Cycle counter at the tick's start.
     pub cycles: u32,
     /// Cycles that the tick before took.
@@ -146,19 +150,45 @@ pub struct Release {
     pub conversions: u32,
     /// What a fault does to the controller's memory before the tick.
     pub pokes: [Poke; POKES],
-    /// Command that arrived since the last tick.
-    pub command: Option<Command>,
+    /// What came on the operator link since the last tick.
+    pub link: [u8; LINK_BYTES],
+    /// As many bytes of it.
+    pub link_length: u8,
 }
 
 impl Release {
-    /// Encodes: levels, flags, 0, 0, the three counts, the pokes, the command.
+    /// All zero: nothing happened.
+    pub const NONE: Self = Self {
+        levels: 0,
+        cycles: 0,
+        spent: 0,
+        conversions: 0,
+        pokes: [Poke::NONE; POKES],
+        link: [0; LINK_BYTES],
+        link_length: 0,
+    };
+
+    /// Puts bytes on the operator link; what there is no room for is lost.
+    pub fn with_link(mut self, bytes: &[u8]) -> Self {
+        for (slot, byte) in self.link.iter_mut().zip(bytes) {
+            *slot = *byte;
+        }
+        self.link_length = bytes.len().min(LINK_BYTES) as u8;
+        self
+    }
+
+    /// What came on the operator link.
+    pub fn link(&self) -> &[u8] {
+        self.link.get(..usize::from(self.link_length)).unwrap_or(&self.link)
+    }
+
+    /// Encodes: levels, the link's length, 0, 0, the three counts, the pokes, the link's bytes.
     pub fn to_bytes(&self) -> [u8; RELEASE_BYTES] {
-        let flags = u8::from(self.command.is_some()) | u8::from(self.alive) << 1;
         let counts = [self.cycles, self.spent, self.conversions].map(u32::to_le_bytes);
         let pokes = self.pokes.map(Poke::to_bytes);
-        let command = self.command.map_or([0; COMMAND_BYTES], |command| command.to_bytes());
-        let head = [self.levels, flags, 0, 0].into_iter().chain(counts.into_iter().flatten());
-        let all = head.chain(pokes.into_iter().flatten()).chain(command);
+        let head = [self.levels, self.link_length, 0, 0];
+        let head = head.into_iter().chain(counts.into_iter().flatten());
+        let all = head.chain(pokes.into_iter().flatten()).chain(self.link);
         let mut bytes = [0; RELEASE_BYTES];
         for (slot, byte) in bytes.iter_mut().zip(all) {
             *slot = byte;
@@ -166,16 +196,14 @@ impl Release {
         bytes
     }
 
-    /// Decodes; a command that is none is dropped.
+    /// Decodes.
     pub fn from_bytes(bytes: &[u8; RELEASE_BYTES]) -> Self {
-        let [levels, flags, _, _, a @ ..] = bytes;
+        let [levels, link_length, _, _, a @ ..] = bytes;
         let [c0, c1, c2, c3, s0, s1, s2, s3, n0, n1, n2, n3, a @ ..] = a;
         let [p0, p1, p2, p3, p4, p5, p6, p7, a @ ..] = a;
-        let [q0, q1, q2, q3, q4, q5, q6, q7, command @ ..] = a;
-        let command = if flags & 1 == 0 { None } else { Command::from_bytes(command) };
+        let [q0, q1, q2, q3, q4, q5, q6, q7, link @ ..] = a;
         Self {
             levels: *levels,
-            alive: flags & 2 != 0,
             cycles: u32::from_le_bytes([*c0, *c1, *c2, *c3]),
             spent: u32::from_le_bytes([*s0, *s1, *s2, *s3]),
             conversions: u32::from_le_bytes([*n0, *n1, *n2, *n3]),
@@ -183,8 +211,15 @@ impl Release {
                 Poke::from_bytes([*p0, *p1, *p2, *p3, *p4, *p5, *p6, *p7]),
                 Poke::from_bytes([*q0, *q1, *q2, *q3, *q4, *q5, *q6, *q7]),
             ],
-            command,
+            link: *link,
+            link_length: *link_length,
         }
+    }
+}
+
+impl Default for Release {
+    fn default() -> Self {
+        Self::NONE
     }
 }
 
@@ -196,7 +231,6 @@ mod tests {
     fn a_release_survives_the_wire() {
         let release = Release {
             levels: 0x2A,
-            alive: true,
             cycles: 0x0102_0304,
             spent: 0x0506_0708,
             conversions: 0x090A_0B0C,
@@ -204,8 +238,10 @@ mod tests {
                 Poke { offset: 0x1234, change: Change::Set, value: 0x7FC0_0000 },
                 Poke { offset: 8, change: Change::Xor, value: 1 << 31 },
             ],
-            command: Some(Command::Jog([0.1, -0.2, 0.3, -0.4])),
-        };
+            ..Release::default()
+        }
+        .with_link(&[1, 2, 3]);
+        assert_eq!(release.link(), [1, 2, 3]);
         assert_eq!(Release::from_bytes(&release.to_bytes()), release);
         let default = Release::default();
         assert_eq!(Release::from_bytes(&default.to_bytes()), default);

@@ -2,6 +2,7 @@
 
 mod faults;
 mod markdown;
+mod scenarios;
 mod supervisor;
 mod thresholds;
 mod values;

@@ -3,6 +3,7 @@
 
 use firmware::config::Config;
 use firmware::controller::{Core, Retained};
+use firmware::estimator::FRACTION_BITS;
 use firmware::monitor::Thresholds;
 
 use crate::markdown::{Document, Row, compare, conclude, document};
@@ -56,7 +57,12 @@ fn the_supervisors_times_are_those_at_2_khz() {
 #[test]
 fn windows_are_what_the_configuration_makes_of_them() {
     let limits = thresholds().encoder;
-    let windows = [("tight", limits.tight.numbers()), ("wide", limits.wide.numbers())];
+    let stuck = limits.stuck >> FRACTION_BITS;
+    let windows = [
+        ("tight", limits.tight.numbers()),
+        ("wide", limits.wide.numbers()),
+        ("stuck", stuck.numbers()),
+    ];
     check("## What becomes of them", &windows.into());
 }
 

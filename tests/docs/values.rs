@@ -71,6 +71,7 @@ pub fn safety() -> Values {
             torque_warn,
             torque_wrong,
             speed_error,
+            swing,
             tracking,
             tracking_s,
             error_window,
@@ -95,6 +96,7 @@ macro_rules! sources {
 sources! {
     "firmware/control/src/": "monitor/bucket.rs" "monitor/clock.rs" "monitor/encoder.rs"
         "monitor/motion.rs" "monitor/thresholds.rs" "monitor/torque.rs" "controller/control.rs"
+        "controller/mod.rs" "controller/sample.rs"
         "supervisor/timing.rs";
     "firmware/src/": "drivers/ads131m04.rs";
 }

@@ -16,6 +16,7 @@ pub mod evidence;
 pub mod kinematics;
 pub mod law;
 pub mod ldlt;
+pub mod link;
 pub mod math;
 pub mod memory;
 pub mod monitor;

@@ -53,7 +53,7 @@ pub struct Edge {
 /// What faults change of what the tick is told.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Told {
-    /// A frame of the operator came.
+    /// The operator link carries what is put on it.
     pub alive: bool,
     /// Computing time reported, if not the usual one, ticks.
     pub spent: Option<f64>,

@@ -18,7 +18,7 @@ use tempfile::TempDir;
 use thiserror::Error;
 
 use crate::bench::{Bench, Device, Output};
-use crate::run::Kept;
+use crate::run::{ACCESS, Kept};
 
 /// Program that emulates the board.
 const PROGRAM: &str = "qemu-system-arm";
@@ -81,9 +81,11 @@ pub struct Emulator {
     to_board: File,
     to_harness: Buffered,
     bench: Rc<RefCell<Bench>>,
-    /// What the board is handed at each boot: configuration, its check sum, parked pose.
+    /// What the board is handed at each boot: configuration, its check sum, parked pose, access.
     introduction: Vec<u8>,
     coefficients: Vec<u8>,
+    /// What the board has said on the operator link.
+    said: Vec<u8>,
     /// Holds the FIFOs; removed at the end.
     _folder: TempDir,
 }
@@ -144,6 +146,8 @@ impl Emulator {
         introduction.extend(crc.to_le_bytes());
         introduction
             .extend(retained.parked.unwrap_or_default().map(u32::to_le_bytes).as_flattened());
+        introduction.extend(ACCESS.boots.to_le_bytes());
+        introduction.extend(ACCESS.key);
         Ok(Self {
             child,
             to_board,
@@ -151,6 +155,7 @@ impl Emulator {
             bench,
             introduction,
             coefficients: Vec::new(),
+            said: Vec::new(),
             _folder: folder,
         })
     }
@@ -232,6 +237,11 @@ impl Emulator {
         }
     }
 
+    /// What the board has said on the operator link since this was last asked.
+    pub fn said(&mut self) -> Vec<u8> {
+        std::mem::take(&mut self.said)
+    }
+
     /// Releases one tick and serves its bus until its record arrives.
     ///
     /// # Errors
@@ -246,6 +256,13 @@ impl Emulator {
                     self.bench.borrow_mut().set(pin, high);
                 }
                 pil::TAG_TRANSFER => self.transfer()?,
+                pil::TAG_LINK => {
+                    let length = self.byte()?;
+                    for _ in 0..length {
+                        let byte = self.byte()?;
+                        self.said.push(byte);
+                    }
+                }
                 pil::TAG_RECORD => {
                     let mut bytes = [0; RECORD_BYTES];
                     self.fill(&mut bytes)?;

@@ -83,4 +83,8 @@ impl Controller for Emulator {
     fn tick(&mut self, release: &Release) -> Result<Record, EmulatorError> {
         self.exchange(release)
     }
+
+    fn said(&mut self) -> Vec<u8> {
+        self.said()
+    }
 }

@@ -25,6 +25,7 @@ use judge::Judge;
 pub use tape::{Frame, Tape};
 
 use crate::bench::Bench;
+use crate::console::{Console, KEY};
 use crate::faults::Interference;
 use crate::operator::Operator;
 use crate::path::Path;
@@ -42,6 +43,9 @@ pub trait Controller {
     /// # Errors
     /// Where the controller itself could not be reached.
     fn tick(&mut self, release: &Release) -> Result<Record, Self::Error>;
+
+    /// What it has said on the operator link since this was last asked.
+    fn said(&mut self) -> Vec<u8>;
 }
 
 /// What a tick is said to have computed, cycles: about what the target takes.
@@ -57,6 +61,7 @@ pub struct Session<'a> {
     plant: Plant,
     clock: Clock,
     operator: Operator,
+    console: Console,
     judge: Judge,
     tape: Option<Tape>,
     faults: Option<Faults>,
@@ -83,6 +88,7 @@ impl<'a> Session<'a> {
             faults: Faults::of(scenario, &arm, &mut clock),
             clock,
             operator: Operator::new(scenario, path.command(&arm)),
+            console: Console::new(KEY, challenge(scenario.seed), scenario.tick_hz),
             bench: Rc::new(RefCell::new(bench)),
             judge: Judge::new(scenario, path, keep_rows),
             tape: None,
@@ -147,6 +153,11 @@ impl<'a> Session<'a> {
         done >= planned || self.operator.is_over(&self.last)
     }
 
+    /// The operator's console.
+    pub fn console(&mut self) -> &mut Console {
+        &mut self.console
+    }
+
     /// Gives `command` with the next tick, whatever the operator would do.
     pub fn order(&mut self, command: Command) {
         self.command = Some(command);
@@ -171,12 +182,18 @@ impl<'a> Session<'a> {
             let release = self.release();
             let record = controller.tick(&release)?;
             self.take(record);
+            self.hear(&controller.said());
         }
         self.drive();
         self.note(step.ticks);
         self.pass(step);
         Ok(self.last)
     }
+}
+
+/// The console's challenge in a run with this seed.
+fn challenge(seed: u64) -> [u8; 16] {
+    bytemuck::cast([seed, !seed])
 }
 
 /// The arm at rest in its start pose, with what it carries.

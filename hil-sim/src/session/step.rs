@@ -41,18 +41,20 @@ impl Session<'_> {
             qd: self.plant.qd(),
             qdd: self.plant.acceleration(&self.torque),
         };
+        // On a dead line the console speaks in vain.
+        let spoken = self.console.speak(self.command.take());
         let mut bench = self.bench.borrow_mut();
         bench.brake_open = self.plant.brake_released();
         bench.begin_tick(motion);
         Release {
             levels: bench.input_levels(),
-            alive: told.alive,
             cycles: self.clock.cycles(),
             spent: spent.unwrap_or(SPENT_CYCLES),
             conversions: bench.conversions(),
             pokes: told.pokes,
-            command: self.command.take(),
+            ..Release::default()
         }
+        .with_link(if told.alive { &spoken } else { &[] })
     }
 
     pub(super) fn take(&mut self, record: Record) {
@@ -61,6 +63,11 @@ impl Session<'_> {
         }
         self.last = record;
         self.ticks += 1;
+    }
+
+    /// Passes on what the board says.
+    pub(super) fn hear(&mut self, said: &[u8]) {
+        self.console.hear(said);
     }
 
     /// Converters are configured: from now on the bus may err.

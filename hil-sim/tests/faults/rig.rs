@@ -48,6 +48,10 @@ impl Controller for Listener<'_> {
         self.releases.push(*release);
         self.software.tick(release)
     }
+
+    fn said(&mut self) -> Vec<u8> {
+        self.software.said()
+    }
 }
 
 /// What a run left behind.

@@ -4,13 +4,15 @@
 //! time on silicon; its functions lie in the section `.text.link`, which counts leave out.
 
 use core::cell::UnsafeCell;
+use core::convert::Infallible;
 
 use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
 use cortex_m_semihosting::syscall;
 use embedded_hal::digital::{self, InputPin, OutputPin, PinState};
 use embedded_hal::spi::{self, Operation, SpiDevice};
-use heapless::Vec;
-use shared::pil::{self, RELEASE_BYTES, Release, TRANSFER_MAX};
+use embedded_io::{ErrorType, Read, ReadReady, Write};
+use heapless::{Deque, Vec};
+use shared::pil::{self, LINK_BYTES, RELEASE_BYTES, Release, TRANSFER_MAX};
 use shared::telemetry::Record;
 
 use crate::{crash, defect, stack};
@@ -121,7 +123,7 @@ pub fn receive(bytes: &mut [u8]) {
 /// Waits for the next tick's release.
 #[inline(never)]
 #[unsafe(link_section = ".text.link")]
-pub fn await_release() -> Release {
+pub fn await_release(release: &mut Release) {
     let mut bytes = [0; RELEASE_BYTES];
     receive(&mut bytes);
     if bytes == pil::QUIT {
@@ -129,9 +131,68 @@ pub fn await_release() -> Release {
         with(|link| put(link.to_harness, crash::kept()));
         debug::exit(EXIT_SUCCESS);
     }
-    let release = Release::from_bytes(&bytes);
+    *release = Release::from_bytes(&bytes);
     with(|link| link.levels = release.levels);
-    release
+}
+
+/// The operator link, as a serial port's driver would offer it.
+pub struct Serial {
+    /// Received, not yet read.
+    received: Deque<u8, { 2 * LINK_BYTES }>,
+}
+
+impl Serial {
+    /// Nothing has come yet.
+    pub const fn new() -> Self {
+        Self { received: Deque::new() }
+    }
+
+    /// Takes what came with a release.
+    #[inline(never)]
+    #[unsafe(link_section = ".text.link")]
+    pub fn receive(&mut self, release: &Release) {
+        for byte in release.link() {
+            // The harness sends no more than there is room for.
+            let _ = self.received.push_back(*byte);
+        }
+    }
+}
+
+impl ErrorType for Serial {
+    type Error = Infallible;
+}
+
+impl Read for Serial {
+    fn read(&mut self, buf: &mut [u8]) -> Result<usize, Infallible> {
+        let next = buf.first_mut().zip(self.received.pop_front());
+        Ok(next.map_or(0, |(slot, byte)| {
+            *slot = byte;
+            1
+        }))
+    }
+}
+
+impl ReadReady for Serial {
+    fn read_ready(&mut self) -> Result<bool, Infallible> {
+        Ok(!self.received.is_empty())
+    }
+}
+
+impl Write for Serial {
+    #[inline(never)]
+    #[unsafe(link_section = ".text.link")]
+    fn write(&mut self, buf: &[u8]) -> Result<usize, Infallible> {
+        let piece = buf.get(..usize::from(u8::MAX)).unwrap_or(buf);
+        with(|link| {
+            link.post(&[pil::TAG_LINK, piece.len() as u8]);
+            link.post(piece);
+        });
+        Ok(piece.len())
+    }
+
+    fn flush(&mut self) -> Result<(), Infallible> {
+        Ok(())
+    }
 }
 
 /// Tells the harness what the configuration became.

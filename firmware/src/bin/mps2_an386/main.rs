@@ -20,12 +20,14 @@ use firmware::controller::Core;
 use firmware::evidence::Recorder;
 use firmware::executive::{Executive, RecordSink, Retained, TickInput};
 use firmware::io::{Inputs, Io, Outputs};
-use firmware::planner::Planner;
+use firmware::link::{Access, Station};
 use heapless::Deque;
-use link::{Level, Line, Tunnel};
+use link::{Level, Line, Serial, Tunnel};
 use mem as _;
 use shared::arm::JOINTS;
-use shared::pil;
+use shared::evidence::Image;
+use shared::link::DEFAULT_KEY;
+use shared::pil::{self, Release};
 use shared::telemetry::Record;
 
 /// Vectors of the device's interrupts, in place of 240 default ones: none is enabled, but the linker script
@@ -53,17 +55,23 @@ unsafe impl<T> Sync for Owned<T> {}
 /// Written once before SysTick starts, then touched by SysTick alone.
 static CONTROLLER: Owned<MaybeUninit<Controller>> = Owned(UnsafeCell::new(MaybeUninit::uninit()));
 
-/// As [`CONTROLLER`].
-static PLANNER: Owned<MaybeUninit<Planner>> = Owned(UnsafeCell::new(MaybeUninit::uninit()));
+/// The operator's end, written once before SysTick starts. Idle's, but the tick's while [`RELEASED`] says so.
+static STATION: Owned<MaybeUninit<Station>> = Owned(UnsafeCell::new(MaybeUninit::uninit()));
+
+/// What the tick is told: as [`STATION`].
+static RELEASE: Owned<Release> = Owned(UnsafeCell::new(Release::NONE));
+
+/// Idle has served the operator link, and the harness lets the tick go. Idle writes it with SysTick masked.
+static RELEASED: Owned<bool> = Owned(UnsafeCell::new(false));
+
+/// The operator link: idle's alone.
+static SERIAL: Owned<Serial> = Owned(UnsafeCell::new(Serial::new()));
 
 /// What the controller believes and decides: its alone.
 static CORE: Owned<Core> = Owned(UnsafeCell::new(Core::new()));
 
 /// Comes from the harness; kept off the stack.
 static CONFIG: Owned<Config> = Owned(UnsafeCell::new(bytemuck::zeroed()));
-
-/// Encoder codes of the last tick, for the planner.
-static CODES: Owned<[u32; JOINTS]> = Owned(UnsafeCell::new([0; JOINTS]));
 
 /// From tick to idle, which masks the tick: unlike a lock-free queue's, its memory needs no barriers.
 static RECORDS: Owned<Deque<Record, 3>> = Owned(UnsafeCell::new(Deque::new()));
@@ -74,8 +82,6 @@ struct Records;
 impl RecordSink for Records {
     #[inline(always)]
     fn push(&mut self, record: Record) -> bool {
-        // SAFETY: SysTick is its only user.
-        unsafe { *CODES.0.get() = record.code };
         // SAFETY: only SysTick pushes, and idle takes with SysTick masked.
         unsafe { &mut *RECORDS.0.get() }.push_back(record).is_ok()
     }
@@ -90,9 +96,11 @@ fn main() -> ! {
     let (config, core, controller) =
         unsafe { (&mut *CONFIG.0.get(), &mut *CORE.0.get(), &mut *CONTROLLER.0.get()) };
     link::receive(bytemuck::bytes_of_mut(config));
-    let mut kept = [0_u32; 1 + JOINTS];
+    let mut kept = [0_u32; 2 + JOINTS];
     link::receive(bytemuck::bytes_of_mut(&mut kept));
-    let [crc, parked @ ..] = kept;
+    let [crc, parked @ .., boots] = kept;
+    let mut key = DEFAULT_KEY;
+    link::receive(&mut key);
     defect::before_configuration(config);
     let crc = defect::in_coefficients(config, crc);
     // SAFETY: the only reference to it; a hard fault, which writes it too, does not come back.
@@ -102,10 +110,13 @@ fn main() -> ! {
     let retained = Retained { parked: kept.or(Some(parked)), crash };
     let controller = controller.write(Executive::new(wire(), core));
     if controller.configure(config, crc, retained).is_ok() {
+        // Those before power-up are the harness's to know.
+        let access = Access { key, boots: boots.wrapping_add(evidence.boots) };
         // SAFETY: SysTick is not running yet.
-        unsafe { (*PLANNER.0.get()).write(Planner::new(config)) };
+        unsafe { (*STATION.0.get()).write(Station::new(config, access)) };
         link::send_coefficients(controller.parameter_bytes());
         defect::in_law(controller, config, retained);
+        serve(None, evidence);
         start_ticking(config.tick_hz);
     } else {
         link::send_refusal();
@@ -118,10 +129,28 @@ fn main() -> ! {
             Some(record) => {
                 recorder.note(evidence, &record);
                 link::send_record(&record);
+                serve(Some(&record), evidence);
             }
             None => cortex_m::asm::wfi(),
         }
     }
+}
+
+/// Between two ticks: what the last one left, and what the operator wants of the next.
+#[inline(never)]
+fn serve(record: Option<&Record>, evidence: &Image) {
+    // SAFETY: the station was written before; these are idle's until it releases the tick below.
+    let (station, serial, release) = unsafe {
+        ((*STATION.0.get()).assume_init_mut(), &mut *SERIAL.0.get(), &mut *RELEASE.0.get())
+    };
+    if let Some(record) = record {
+        station.note(record);
+    }
+    link::await_release(release);
+    serial.receive(release);
+    station.serve(serial, evidence);
+    // SAFETY: SysTick, the only other user, is masked.
+    cortex_m::interrupt::free(|_| unsafe { *RELEASED.0.get() = true });
 }
 
 fn wire() -> Io<Tunnel, Line, Level> {
@@ -158,29 +187,37 @@ fn start_ticking(tick_hz: u32) {
 
 #[exception]
 fn SysTick() {
-    // In lock-step a tick waits until idle has sent the record of the one before, however long that took.
-    // SAFETY: idle touches the queue with SysTick masked.
-    if !unsafe { &*RECORDS.0.get() }.is_empty() {
+    // In lock-step a tick waits until idle has sent the record of the one before and served the operator.
+    // SAFETY: idle touches it with SysTick masked.
+    let released = unsafe { &mut *RELEASED.0.get() };
+    if !*released {
         return;
     }
-    // SAFETY: SysTick starts only after both are written, and is their only user.
-    let (controller, planner) =
-        unsafe { ((*CONTROLLER.0.get()).assume_init_mut(), (*PLANNER.0.get()).assume_init_mut()) };
-    let release = link::await_release();
+    *released = false;
+    // SAFETY: SysTick starts only after the controller is written, and is its only user; idle is done with the others
+    // until this tick has left its record.
+    let (controller, station, release) = unsafe {
+        (
+            (*CONTROLLER.0.get()).assume_init_mut(),
+            (*STATION.0.get()).assume_init_mut(),
+            &*RELEASE.0.get(),
+        )
+    };
     for poke in &release.pokes {
         poke.apply(controller.memory().as_bytes_mut());
     }
-    // SAFETY: only SysTick, and idle before it starts, touch it.
-    let codes = unsafe { &*CODES.0.get() };
-    let order = release.command.map(|command| planner.plan(&command, codes));
+    let served = station.served();
     let input = TickInput {
-        order: order.as_ref(),
-        alive: release.alive,
+        order: served.order.as_ref(),
+        alive: served.alive,
         cycles: release.cycles,
         spent: release.spent,
         conversions: release.conversions,
     };
     tick(controller, &input);
+    // SAFETY: idle touches the queue with SysTick masked.
+    let record = unsafe { &*RECORDS.0.get() }.back();
+    station.taken(record.map_or(0, |record| record.refusal));
 }
 
 /// One tick under its own symbol, so that its instructions can be counted.
