@@ -9,6 +9,7 @@
 
 /// # Safety
 /// As C's `memcpy`.
+#[inline(never)]
 #[unsafe(no_mangle)]
 unsafe extern "C" fn __aeabi_memcpy(to: *mut u8, from: *const u8, length: usize) {
     for i in 0..length {
@@ -19,6 +20,7 @@ unsafe extern "C" fn __aeabi_memcpy(to: *mut u8, from: *const u8, length: usize)
 
 /// # Safety
 /// As C's `memcpy`, both on a word's boundary.
+#[inline(never)]
 #[unsafe(no_mangle)]
 unsafe extern "C" fn __aeabi_memcpy4(to: *mut u32, from: *const u32, length: usize) {
     let words = length / 4;
@@ -39,7 +41,19 @@ unsafe extern "C" fn __aeabi_memcpy8(to: *mut u32, from: *const u32, length: usi
 }
 
 /// # Safety
-/// Writes zeros into `length` bytes from a word's boundary on.
+/// Writes zeros into `length` bytes.
+#[inline(never)]
+#[unsafe(no_mangle)]
+unsafe extern "C" fn __aeabi_memclr(to: *mut u8, length: usize) {
+    for i in 0..length {
+        // SAFETY: the caller's.
+        unsafe { to.add(i).write_volatile(0) };
+    }
+}
+
+/// # Safety
+/// As [`__aeabi_memclr`], from a word's boundary on.
+#[inline(never)]
 #[unsafe(no_mangle)]
 unsafe extern "C" fn __aeabi_memclr4(to: *mut u32, length: usize) {
     let words = length / 4;
@@ -47,10 +61,8 @@ unsafe extern "C" fn __aeabi_memclr4(to: *mut u32, length: usize) {
         // SAFETY: the caller's.
         unsafe { to.add(i).write_volatile(0) };
     }
-    for i in 4 * words..length {
-        // SAFETY: the caller's.
-        unsafe { to.cast::<u8>().add(i).write_volatile(0) };
-    }
+    // SAFETY: the caller's.
+    unsafe { __aeabi_memclr(to.add(words).cast(), length % 4) };
 }
 
 /// # Safety

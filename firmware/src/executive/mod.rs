@@ -143,11 +143,9 @@ impl<'m, S: SpiDevice, O: OutputPin, I: InputPin> Executive<'m, S, O, I> {
         self.stages = self.stages << 4 | 2;
         match self.core.start_sampling(input) {
             Elapsed::Regular => {
-                // Written out: with constant indices no address is computed.
-                self.sample_joint(0);
-                self.sample_joint(1);
-                self.sample_joint(2);
-                self.sample_joint(3);
+                for j in 0..JOINTS {
+                    self.sample_joint(j);
+                }
             }
             Elapsed::Irregular(ticks) => self.sample_after(ticks),
         }

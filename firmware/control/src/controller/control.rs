@@ -9,7 +9,6 @@ use crate::law::{self, State};
 use crate::math::clamp_symmetric;
 use crate::memory::Gained;
 use crate::monitor::Finding;
-use crate::path::SetPoint;
 use crate::planner::Order;
 use crate::supervisor::Mode;
 
@@ -111,16 +110,20 @@ impl Core {
     /// Estimates against the set-point, in SI units.
     #[inline(always)]
     fn state(&self) -> State {
-        let c = &self.memory.coefficients.scales;
-        let o = &self.memory.estimates.observers;
+        let (q, qd, e1) = (zero(), zero(), zero());
+        let mut state =
+            State { q, qd, e1, e1_dot: zero(), qdd_d: self.trace.aim.acceleration.into() };
         let aim = &self.trace.aim;
-        let q = JointVector::from_fn(|j, _| o[j].position(&c[j]));
-        let qd = JointVector::from_fn(|j, _| o[j].velocity(&c[j]));
-        let e1 = JointVector::from_fn(|j, _| {
-            o[j].position.wrapping_sub(aim.position[j]) as i32 as f32 * c[j].step
-        });
-        let e1_dot = qd - JointVector::from(aim.velocity);
-        State { q, qd, e1, e1_dot, qdd_d: aim.acceleration.into() }
+        for j in 0..JOINTS {
+            let scale = &self.memory.coefficients.scales[j];
+            let observer = &self.memory.estimates.observers[j];
+            let distance = observer.position.wrapping_sub(aim.position[j]) as i32;
+            state.q[j] = observer.position(scale);
+            state.qd[j] = observer.velocity(scale);
+            state.e1[j] = distance as f32 * scale.step;
+            state.e1_dot[j] = state.qd[j] - aim.velocity[j];
+        }
+        state
     }
 
     /// The same where it is rarely wanted.
@@ -153,9 +156,13 @@ impl Core {
     #[cold]
     #[inline(never)]
     fn rest(&mut self) -> Control {
-        let (written, acting) = (self.trace.written, self.trace.acting);
-        let aim = SetPoint::hold(self.memory.estimates.observers.map(|o| o.position));
-        self.trace = Trace { written, acting, aim, ..Trace::NONE };
+        let Trace { written, acting, .. } = self.trace;
+        self.trace = Trace::NONE;
+        (self.trace.written, self.trace.acting) = (written, acting);
+        let estimates = self.trace.aim.position.iter_mut().zip(&self.memory.estimates.observers);
+        for (place, observer) in estimates {
+            *place = observer.position;
+        }
         Control { qd: self.rare_state().qd, ..Control::none() }
     }
 
