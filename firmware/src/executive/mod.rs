@@ -141,36 +141,22 @@ impl<'m, S: SpiDevice, O: OutputPin, I: InputPin> Executive<'m, S, O, I> {
     #[inline(always)]
     fn sample(&mut self, input: &TickInput<'_>) {
         self.stages = self.stages << 4 | 2;
-        match self.core.start_sampling(input) {
-            Elapsed::Regular => {
-                for j in 0..JOINTS {
-                    self.sample_joint(j);
+        let elapsed = self.core.start_sampling(input);
+        for j in 0..JOINTS {
+            let sample = encoder::read(&mut self.io.encoders[j], &self.layouts[j]);
+            match (elapsed, sample) {
+                (Elapsed::Regular, Ok(sample)) => self.core.take(j, sample.code, sample.warning),
+                (Elapsed::Regular, Err(_)) => self.core.lose(j),
+                (Elapsed::Irregular(ticks), sample) => {
+                    let sample = sample.ok().map(|s| (s.code, s.warning));
+                    self.core.take_after(j, sample, ticks);
                 }
             }
-            Elapsed::Irregular(ticks) => self.sample_after(ticks),
         }
         if self.adc_ready {
             self.sample_torque(input);
         }
         self.core.end_sampling();
-    }
-
-    #[inline(always)]
-    fn sample_joint(&mut self, j: usize) {
-        match encoder::read(&mut self.io.encoders[j], &self.layouts[j]) {
-            Ok(sample) => self.core.take(j, sample.code, sample.warning),
-            Err(_) => self.core.lose(j),
-        }
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn sample_after(&mut self, ticks: f32) {
-        self.core.catch_up(ticks);
-        for (j, (port, layout)) in self.io.encoders.iter_mut().zip(&self.layouts).enumerate() {
-            let sample = encoder::read(port, layout).ok();
-            self.core.take_after(j, sample.map(|s| (s.code, s.warning)), ticks);
-        }
     }
 
     #[inline(always)]
