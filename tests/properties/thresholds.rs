@@ -13,7 +13,7 @@ enum Word {
     Cut(f64),
     /// Seconds as the nearest number of ticks.
     Ticks(f64),
-    /// A position word that may be off by 5e-7 rad or m: `f32` differences of up to 6 rad.
+    /// A position word that may be off by 1e-6 rad or m: `f32` differences of up to 6 rad.
     Position {
         words: f64,
         off: f64,
@@ -162,7 +162,7 @@ impl Table {
 }
 
 fn off(j: usize) -> f64 {
-    5e-7 / LSB[j] * 64.0
+    1e-6 / LSB[j] * 64.0
 }
 
 fn position(j: usize, q: f64) -> Word {

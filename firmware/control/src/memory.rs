@@ -92,6 +92,28 @@ pub struct Estimates {
     pub observers: [Observer; JOINTS],
     /// Disturbance, N m and N.
     pub d_hat: JointVector,
+    /// Its words, exclusive-ored.
+    parity: u32,
+}
+
+impl Estimates {
+    /// Whether the disturbance estimate is what was last set.
+    #[inline(always)]
+    pub fn is_sound(&self) -> bool {
+        parity(&self.d_hat) == self.parity
+    }
+
+    /// Sets the disturbance estimate.
+    #[inline(always)]
+    pub fn set_d_hat(&mut self, d_hat: JointVector) {
+        self.d_hat = d_hat;
+        self.parity = parity(&d_hat);
+    }
+}
+
+#[inline(always)]
+fn parity(d: &JointVector) -> u32 {
+    d.x.to_bits() ^ d.y.to_bits() ^ d.z.to_bits() ^ d.w.to_bits()
 }
 
 /// See the module's documentation. What a tick uses comes first: loads of floats do not reach far.

@@ -73,6 +73,9 @@ impl Core {
     /// The law at the measured state, limited to what the drives may give.
     #[inline(always)]
     fn follow(&mut self) -> Control {
+        if !self.memory.estimates.is_sound() {
+            self.distrust();
+        }
         let mut state = self.state();
         // Infinity and NaN stay what they are when multiplied by zero.
         let finite = state.e1_dot.sum() * 0.0 == 0.0;
@@ -91,15 +94,14 @@ impl Core {
         }
         let d_hat = self.memory.estimates.d_hat;
         let wanted = law::evaluate(&c.law, &c.dynamics, &state, &d_hat);
-        let mut torque = wanted.torque.zip_map(&c.tau_max, clamp_symmetric);
+        let torque = wanted.torque.zip_map(&c.tau_max, clamp_symmetric);
         let saturated = wanted.torque.zip_map(&torque, |w, t| if w == t { 0.0 } else { 1.0 });
-        if wanted.torque.sum() * 0.0 != 0.0 {
-            torque = self.distrust();
-        } else if self.trace.adapts & !self.spoilt {
+        if self.trace.adapts & !self.spoilt {
             // A joint at its torque limit learns nothing: its error is not the disturbance's.
             let step =
                 wanted.adaptation.zip_map(&saturated, |s, at| if at == 0.0 { s } else { 0.0 });
-            self.memory.estimates.d_hat = law::adapt(&c.law, &d_hat, &step);
+            let d_hat = law::adapt(&c.law, &d_hat, &step);
+            self.memory.estimates.set_d_hat(d_hat);
         }
         let saturated = law::bits(saturated);
         self.remember(&state.e1_dot, &wanted.acceleration, saturated);
@@ -194,15 +196,13 @@ impl Core {
         damaged
     }
 
-    /// A disturbance estimate that is no number is what it was before. Gives the torque to go on with in this tick:
-    /// that of the last one.
+    /// A disturbance estimate that is not what the last tick left is what it was before.
     #[cold]
     #[inline(never)]
-    fn distrust(&mut self) -> JointVector {
-        self.memory.estimates.d_hat = self.trace.d_old;
+    fn distrust(&mut self) {
+        self.memory.estimates.set_d_hat(self.trace.d_old);
         self.findings.raise(Finding::new(Fault::NotFinite));
         self.spoilt = true;
-        self.trace.written
     }
 
     /// Joints without torque are nobody's to move: the law takes them to be where they shall be, so that the others
@@ -234,8 +234,8 @@ impl Core {
             // Gravity cancels.
             let (rest, at) = (zero(), &c.dynamics);
             let step = at.torque(&state.q, &rest, &change) - at.torque(&state.q, &rest, &rest);
-            let d_hat = &mut self.memory.estimates.d_hat;
-            *d_hat = law::adapt(&c.law, d_hat, &step);
+            let d_hat = law::adapt(&c.law, &self.memory.estimates.d_hat, &step);
+            self.memory.estimates.set_d_hat(d_hat);
         }
     }
 }

@@ -259,7 +259,7 @@ impl Core {
             *bucket = Bucket::FULL;
         }
         self.leaking = true;
-        self.memory.estimates.d_hat = JointVector::repeat(0.0);
+        self.memory.estimates.set_d_hat(zero());
         self.torques = Torques::NONE;
         self.motions = Motions::NONE;
         self.trace = Trace::NONE;

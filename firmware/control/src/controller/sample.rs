@@ -180,7 +180,9 @@ impl Core {
         let limits = &self.memory.thresholds.encoder;
         let window = |windows: &[u32; JOINTS]| windows.get(j).copied().unwrap_or_default();
         let patience = if matches!(self.mode, Mode::Holding { .. }) { WATCH_PATIENCE } else { 1 };
-        let follows = self.mode.follows() && !self.trace.soft;
+        // A joint that is driven away, or swings, stands still at times while the set-point goes on.
+        let driven = self.trace.soft || self.trace.loose != 0 || self.trace.isolated != 0;
+        let follows = self.mode.follows() && !driven;
         if track.is_stuck(code, target, limits.stuck * patience) && follows {
             self.miss(j, Fault::EncoderStuck);
             return false;
@@ -194,7 +196,8 @@ impl Core {
         let wide = window(&limits.wide) * ticks * ticks;
         let possible = loose && track.distance(code, 0.0).unsigned_abs() <= wide;
         // A load drives a joint one way; codes that are off to either side in turn are no motion.
-        let turns = track.turns(distance > 0) && self.torques.suspect == 0;
+        let driven = self.torques.suspect != 0 || self.trace.isolated != 0;
+        let turns = track.turns(distance > 0) && !driven;
         let condemned = (turns || !possible) && track.reject(self.tick.wrapping_add(1));
         if possible && !condemned {
             return true;
@@ -290,6 +293,6 @@ impl Core {
                 track.follow(observer);
             }
         }
-        estimates.d_hat = self.trace.d_old;
+        estimates.set_d_hat(self.trace.d_old);
     }
 }

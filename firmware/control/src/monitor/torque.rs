@@ -29,8 +29,13 @@ pub struct TorqueLimits {
 const LASTING_S: f32 = 0.040;
 /// Ticks in a row that a wrong torque must move the joint.
 const CONFIRMED: u8 = 3;
-/// Ticks in a row that a torque must be nothing, or the opposite of its command.
-const PLAIN: u32 = 6;
+/// Ticks in a row that a torque must be nothing, or the opposite of its command, and ticks from the first wrong
+/// sample to the last of them: the converter's filter takes three.
+const PLAIN: u8 = 3;
+const SETTLED: u32 = 8;
+/// Shares of the warning threshold within which it must be so: 20 sigma, and what a command moves in the filter's time.
+const NOTHING: f32 = 0.1;
+const OPPOSITE: f32 = 0.5;
 /// Codes of the converter's full scale.
 const FULL_SCALE: f32 = 8_388_608.0;
 
@@ -56,13 +61,18 @@ pub struct Torques {
     confirmed: [u8; JOINTS],
     /// Ticks in a row with a wrong torque.
     lasting: [u32; JOINTS],
+    /// Ticks in a row in which it was nothing, or the opposite of its command.
+    plain: [u8; JOINTS],
     /// One bit a joint whose torque was wrong at the last sample.
     pub suspect: u8,
 }
 
 impl Torques {
     /// Before the first sample.
-    pub const NONE: Self = Self { confirmed: [0; JOINTS], lasting: [0; JOINTS], suspect: 0 };
+    pub const NONE: Self = {
+        let none = [0; JOINTS];
+        Self { confirmed: none, lasting: [0; JOINTS], plain: none, suspect: 0 }
+    };
 
     /// Compares one sample of all joints: codes of the converter, what the drives gave if they obeyed (N m
     /// and N), speed less its set-point (rad/s and m/s), and the joints that no encoder sees, one bit each.
@@ -102,18 +112,21 @@ impl Torques {
                 findings.limit(Limit::TorqueDrift);
             }
             if difference <= l.wrong[j] {
-                (self.confirmed[j], self.lasting[j]) = (0, 0);
+                (self.confirmed[j], self.lasting[j], self.plain[j]) = (0, 0, 0);
                 continue;
             }
             self.suspect |= 1 << j;
             let lasting = self.lasting[j].saturating_add(1);
-            self.lasting[j] = lasting;
-            let dead = measured.abs() <= warn;
-            // No transducer drifts to just nothing or just the opposite.
-            let plain = lasting > PLAIN && (dead || (measured + applied).abs() <= warn);
+            // A torque that is nothing or the opposite from the start on is the drive's doing: a transducer that
+            // drifts passes there later, if at all.
+            let nothing = measured.abs() <= NOTHING * warn;
+            let plain = nothing || (measured + applied).abs() <= OPPOSITE * warn;
+            let plain_ticks = if plain { self.plain[j].saturating_add(1) } else { 0 };
+            let plain = plain_ticks >= PLAIN && lasting <= SETTLED;
+            let dead = if plain { nothing } else { measured.abs() <= l.wrong[j] };
             let moves = speed_error[j].abs() > l.speed_error[j] || blind >> j & 1 != 0;
             let confirmed = if moves { self.confirmed[j].saturating_add(1) } else { 0 };
-            self.confirmed[j] = confirmed;
+            (self.confirmed[j], self.lasting[j], self.plain[j]) = (confirmed, lasting, plain_ticks);
             if plain || confirmed >= CONFIRMED {
                 let fault = if dead { Fault::DriveLost } else { Fault::TorqueWrong };
                 findings.raise(Finding::of_joint(fault, j));

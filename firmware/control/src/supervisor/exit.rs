@@ -20,6 +20,10 @@ impl Mode {
         let finding = self.judged(timing, events);
         // A fault goes before an order, and an order before what would have come by itself.
         let exit = self.forced(finding).or(ordered).or_else(|| self.due(timing, events));
+        if exit == Some(Exit::Stop) {
+            // The path goes on in this tick, and is left from there.
+            self.advance(timing, events);
+        }
         match exit {
             Some(exit) => self.leave(exit, finding, timing, events),
             None => self.advance(timing, events),
