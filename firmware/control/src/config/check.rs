@@ -1,6 +1,6 @@
 //! Refusal of a configuration, by the name of what is wrong with it.
 
-use super::fields::{Field, RULES, Reading};
+use super::fields::{Field, LIMITS, Reading, SHAPES};
 
 /// Why a configuration cannot be used.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,18 +59,18 @@ impl Check {
     #[inline(never)]
     pub fn group(&mut self, first: Field, turn: usize, words: &[u32]) {
         let mut words = words.iter();
-        for (n, rule) in RULES.iter().enumerate().skip(first.number()) {
-            let [min, max] = rule.limits;
-            let max = match rule.reading {
+        let rules = LIMITS.iter().zip(&SHAPES).enumerate();
+        for (n, (&[min, max], shape)) in rules.skip(first.number()) {
+            let max = match shape.reading {
                 Reading::RATE => max * self.tick_hz,
                 Reading::RATE_SQUARED => max * (self.tick_hz * self.tick_hz),
                 Reading::TIME => max / self.tick_hz,
                 _ => max,
             };
-            let count = usize::from(rule.count);
+            let count = usize::from(shape.count);
             for index in 0..count {
                 let Some(&word) = words.next() else { return };
-                let value = match rule.reading {
+                let value = match shape.reading {
                     Reading::RELATED => continue,
                     Reading::WHOLE => word as f32,
                     _ => f32::from_bits(word),

@@ -25,19 +25,24 @@ impl Reading {
     pub const RELATED: Self = Self(5);
 }
 
-/// What the table says of a field.
+/// How many words a field has, and how each is read.
 #[derive(Clone, Copy)]
-pub(super) struct Rule {
-    pub limits: [f32; 2],
-    /// Words.
+pub(super) struct Shape {
     pub count: u8,
     pub reading: Reading,
+}
+
+/// What the table says of a field.
+#[derive(Clone, Copy)]
+struct Rule {
+    limits: [f32; 2],
+    shape: Shape,
 }
 
 type Row = (&'static str, Rule);
 
 const fn of(name: &'static str, count: u8, reading: Reading, min: f32, max: f32) -> Row {
-    (name, Rule { limits: [min, max], count, reading })
+    (name, Rule { limits: [min, max], shape: Shape { count, reading } })
 }
 
 const fn row(name: &'static str, count: u8, min: f32, max: f32) -> Row {
@@ -117,15 +122,26 @@ const TABLE: [Row; COUNT] = [
     row("conversions_hz", 1, 2e3, 1e6),
 ];
 
-/// The table without its names.
-pub(super) static RULES: [Rule; COUNT] = {
-    let mut rules = [TABLE[0].1; COUNT];
+/// The table without its names, in two pieces so that no word is half empty.
+pub(super) static LIMITS: [[f32; 2]; COUNT] = {
+    let mut limits = [[0.0; 2]; COUNT];
     let mut n = 0;
     while n < COUNT {
-        rules[n] = TABLE[n].1;
+        limits[n] = TABLE[n].1.limits;
         n += 1;
     }
-    rules
+    limits
+};
+
+/// See [`LIMITS`].
+pub(super) static SHAPES: [Shape; COUNT] = {
+    let mut shapes = [TABLE[0].1.shape; COUNT];
+    let mut n = 0;
+    while n < COUNT {
+        shapes[n] = TABLE[n].1.shape;
+        n += 1;
+    }
+    shapes
 };
 
 impl Field {

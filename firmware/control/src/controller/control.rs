@@ -232,8 +232,8 @@ impl Core {
             let c = &self.memory.coefficients;
             let change = c.law.less_than(&before, &state.e1, &state.e1_dot);
             // Gravity cancels.
-            let (rest, at) = (zero(), &c.dynamics);
-            let step = at.torque(&state.q, &rest, &change) - at.torque(&state.q, &rest, &rest);
+            let torque = |change| c.dynamics.torque(&state.q, &zero(), change);
+            let step = torque(&change) - torque(&zero());
             let d_hat = law::adapt(&c.law, &self.memory.estimates.d_hat, &step);
             self.memory.estimates.set_d_hat(d_hat);
         }
