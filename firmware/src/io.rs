@@ -56,9 +56,10 @@ impl<O: OutputPin> Outputs<O> {
         if levels == Levels::LIVE { self.drive_to(Levels::LIVE) } else { self.drive_rare(levels) }
     }
 
+    /// The same where it is rarely wanted.
     #[cold]
     #[inline(never)]
-    fn drive_rare(&mut self, levels: Levels) -> bool {
+    pub fn drive_rare(&mut self, levels: Levels) -> bool {
         self.drive_to(levels)
     }
 

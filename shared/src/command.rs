@@ -131,13 +131,16 @@ impl Command {
     /// Decodes; `None` where tag, profile or flags are unknown. Numbers are not judged here.
     pub fn from_bytes(bytes: &[u8; COMMAND_BYTES]) -> Option<Self> {
         let [tag, a, b, c, ..] = *bytes;
+        let words: [u32; 1 + WORDS] = bytemuck::pod_read_unaligned(bytes);
+        let [_, first, w2, w3, w4, w5, w6, w7, w8, w9] = words.map(u32::from_le);
+        let floats = bytemuck::cast([first, w2, w3, w4]);
         match tag {
             TAG_ARM => Some(Self::Arm),
             TAG_STOP => Some(Self::Stop),
             TAG_CLEAR => Some(Self::Clear),
             TAG_CONFIRM_POSE => Some(Self::ConfirmPose),
-            TAG_JOG => Some(Self::Jog(floats(bytes))),
-            TAG_SET_GAIN => Some(Self::SetGain { name: a, values: floats(bytes) }),
+            TAG_JOG => Some(Self::Jog(floats)),
+            TAG_SET_GAIN => Some(Self::SetGain { name: a, values: floats }),
             TAG_START => Some(Self::Start(Trajectory {
                 profile: match a {
                     0 => Profile::Quintic,
@@ -150,9 +153,9 @@ impl Command {
                     _ => return None,
                 },
                 speed_limit_percent: c,
-                duration_ticks: word(bytes, 1),
-                origin_q6: [2, 3, 4, 5].map(|i| word(bytes, i)),
-                amplitude_q5: [6, 7, 8, 9].map(|i| word(bytes, i) as i32),
+                duration_ticks: first,
+                origin_q6: [w2, w3, w4, w5],
+                amplitude_q5: bytemuck::cast([w6, w7, w8, w9]),
             })),
             _ => None,
         }
@@ -166,13 +169,4 @@ fn fill<T>(slots: &mut [T], values: impl IntoIterator<Item = T>) {
     for (slot, value) in slots.iter_mut().zip(values) {
         *slot = value;
     }
-}
-
-fn floats(bytes: &[u8; COMMAND_BYTES]) -> [f32; JOINTS] {
-    [1, 2, 3, 4].map(|i| f32::from_bits(word(bytes, i)))
-}
-
-fn word(bytes: &[u8; COMMAND_BYTES], index: usize) -> u32 {
-    let at = 4 * index;
-    u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]])
 }

@@ -1,14 +1,15 @@
-//! The record that every tick leaves behind, as explicit little-endian bytes without padding.
+//! The record that every tick leaves behind, as little-endian words without padding, small fields packed lowest first.
+
+use bytemuck::{Pod, Zeroable};
 
 use crate::arm::JOINTS;
 
 /// Size of an encoded record.
-pub const RECORD_BYTES: usize = 4 * RECORD_WORDS;
+pub const RECORD_BYTES: usize = size_of::<Record>();
 
-const RECORD_WORDS: usize = 32;
-
-/// Everything a tick knew and decided. Joint 4 is in m, m/s and N.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// Everything a tick knew and decided, as it is sent. Joint 4 is in m, m/s and N.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Record {
     /// Ticks since reset, modulo 2³².
     pub tick: u32,
@@ -36,12 +37,12 @@ pub struct Record {
     pub qd: [f32; JOINTS],
     /// Velocity error, rad/s or m/s.
     pub e1_dot: [f32; JOINTS],
-    /// Torque command as DAC codes, offset binary.
-    pub dac: [u16; JOINTS],
     /// Last accepted ADC codes, sign-extended.
     pub adc: [i32; JOINTS],
     /// Disturbance estimate, N m or N.
     pub d_hat: [f32; JOINTS],
+    /// Torque command as DAC codes, offset binary.
+    pub dac: [u16; JOINTS],
     /// One bit a [`crate::fault::Limit`] that holds the arm back.
     pub limits: u16,
     /// One bit a joint that the fault names.
@@ -60,77 +61,15 @@ pub struct Record {
 pub const PATH_RATE_ONE: u16 = 1 << 15;
 
 impl Record {
-    /// The record as little-endian words in field order, small fields packed lowest first.
-    pub fn to_words(&self) -> [u32; RECORD_WORDS] {
-        let mut words = [0; RECORD_WORDS];
-        words[0] = self.tick;
-        words[1] =
-            u32::from(self.mode) | u32::from(self.refusal) << 8 | u32::from(self.fault) << 16;
-        words[2] = u32::from_le_bytes([
-            self.saturated,
-            self.adaptation_bound,
-            self.rejected,
-            self.dropped,
-        ]);
-        words[3] = self.phase;
-        for j in 0..JOINTS {
-            words[4 + j] = self.code[j];
-            words[8 + j] = self.e1[j].to_bits();
-            words[12 + j] = self.qd[j].to_bits();
-            words[16 + j] = self.e1_dot[j].to_bits();
-            words[20 + j] = self.adc[j] as u32;
-            words[24 + j] = self.d_hat[j].to_bits();
-        }
-        words[28] = u32::from(self.dac[0]) | u32::from(self.dac[1]) << 16;
-        words[29] = u32::from(self.dac[2]) | u32::from(self.dac[3]) << 16;
-        words[30] =
-            u32::from(self.limits) | u32::from(self.joints) << 16 | u32::from(self.powered) << 24;
-        words[31] = u32::from(self.path_rate)
-            | u32::from(self.irregular) << 16
-            | u32::from(self.bucket) << 24;
-        words
-    }
-
-    /// Encodes the record.
+    /// Encodes the record: its bytes as they are.
     pub fn to_bytes(&self) -> [u8; RECORD_BYTES] {
-        let mut bytes = [0; RECORD_BYTES];
-        for (slot, word) in bytes.chunks_exact_mut(4).zip(self.to_words()) {
-            slot.copy_from_slice(&word.to_le_bytes());
-        }
-        bytes
+        bytemuck::cast(*self)
     }
 
     /// Decodes a record; every byte pattern is one.
     pub fn from_bytes(bytes: &[u8; RECORD_BYTES]) -> Self {
-        let word = |i: usize| {
-            u32::from_le_bytes([bytes[4 * i], bytes[4 * i + 1], bytes[4 * i + 2], bytes[4 * i + 3]])
-        };
-        let words = |first: usize| core::array::from_fn(|j| word(first + j));
-        let floats = |first: usize| core::array::from_fn(|j| f32::from_bits(word(first + j)));
-        let [saturated, adaptation_bound, rejected, dropped] = word(2).to_le_bytes();
-        Self {
-            tick: word(0),
-            mode: word(1) as u8,
-            refusal: (word(1) >> 8) as u8,
-            fault: (word(1) >> 16) as u16,
-            saturated,
-            adaptation_bound,
-            rejected,
-            dropped,
-            phase: word(3),
-            code: words(4),
-            e1: floats(8),
-            qd: floats(12),
-            e1_dot: floats(16),
-            adc: core::array::from_fn(|j| word(20 + j) as i32),
-            d_hat: floats(24),
-            dac: core::array::from_fn(|j| (word(28 + j / 2) >> (16 * (j % 2))) as u16),
-            limits: word(30) as u16,
-            joints: (word(30) >> 16) as u8,
-            powered: (word(30) >> 24) as u8,
-            path_rate: word(31) as u16,
-            irregular: (word(31) >> 16) as u8,
-            bucket: (word(31) >> 24) as u8,
-        }
+        bytemuck::pod_read_unaligned(bytes)
     }
 }
+
+const _: () = assert!(cfg!(target_endian = "little"), "records are little-endian");

@@ -118,7 +118,7 @@ fn each_wrong_number_is_refused_by_its_name() {
             let ConfigError::OutOfRange { field: name, value: found, min, max, .. } = error else {
                 panic!("{value} at {index}: {error}");
             };
-            assert_eq!(name, field.name, "{value} at {index}: {error}");
+            assert_eq!(name.name(), field.name, "{value} at {index}: {error}");
             assert!(!(found >= min && found <= max), "{error}");
         }
     }

@@ -11,6 +11,7 @@
 //!   against wa, here it is a local argument.
 
 use bytemuck::{Pod, Zeroable};
+use shared::arm::JOINTS;
 
 use crate::config::{Gains, Law};
 use crate::dynamics::{Constants, Terms};
@@ -81,27 +82,22 @@ pub struct Wanted {
 }
 
 impl Coefficients {
-    /// The acceleration that the law asks for, rad/s² and m/s²: its gains show in nothing else.
-    pub fn acceleration(&self, s: &State) -> JointVector {
-        match self.law {
-            Law::PD => self.pd(s),
-            _ => self.backstepping(s, &self.z(s)),
+    /// What these gains in place of those `before` take off the acceleration that the law asks for, rad/s² and m/s²:
+    /// they show in nothing else.
+    pub fn less_than(&self, before: &Self, e1: &JointVector, e1_dot: &JointVector) -> JointVector {
+        let mut less = JointVector::repeat(0.0);
+        for j in 0..JOINTS {
+            let (now, then) = (self.stiffness(j), before.stiffness(j));
+            less[j] = (now.0 - then.0) * e1[j] + (now.1 - then.1) * e1_dot[j];
         }
+        less
     }
 
+    /// The law's factors of e1 and of e1' for joint `j`.
     #[inline(always)]
-    fn pd(&self, s: &State) -> JointVector {
-        s.qdd_d - self.k1.component_mul(&s.e1_dot) - self.k2.component_mul(&s.e1)
-    }
-
-    #[inline(always)]
-    fn z(&self, s: &State) -> JointVector {
-        self.k1.component_mul(&s.e1) + s.e1_dot
-    }
-
-    #[inline(always)]
-    fn backstepping(&self, s: &State, z: &JointVector) -> JointVector {
-        s.qdd_d - self.k1.component_mul(&s.e1_dot) - self.k2.component_mul(z)
+    fn stiffness(&self, j: usize) -> (f32, f32) {
+        let (k1, k2) = (self.k1[j], self.k2[j]);
+        if self.law == Law::PD { (k2, k1) } else { (k1 * k2, k1 + k2) }
     }
 }
 
@@ -109,19 +105,29 @@ impl Coefficients {
 #[inline(always)]
 pub fn evaluate(c: &Coefficients, arm: &Constants, s: &State, d_hat: &JointVector) -> Wanted {
     let terms = arm.at(&s.q);
-    let bias = terms.coriolis(&s.qd) + terms.gravity();
-    if c.law == Law::PD {
-        let acceleration = c.pd(s);
-        let torque = terms.inertia_times(&acceleration) + bias;
-        return Wanted { torque, acceleration, adaptation: JointVector::repeat(0.0) };
-    }
-    let z = c.z(s);
-    let acceleration = c.backstepping(s, &z);
+    let (coriolis, gravity) = (terms.coriolis(&s.qd), terms.gravity());
+    let z = each(|j| c.k1[j] * s.e1[j] + s.e1_dot[j]);
+    let (error, known) = if c.law == Law::PD { (&s.e1, &zero()) } else { (&z, d_hat) };
+    let acceleration = each(|j| s.qdd_d[j] - c.k1[j] * s.e1_dot[j] - c.k2[j] * error[j]);
+    let inertia = terms.inertia_times(&acceleration);
+    let delta = delta(c.law, &terms, &z);
     Wanted {
-        torque: terms.inertia_times(&acceleration) + bias + d_hat,
+        torque: each(|j| inertia[j] + (coriolis[j] + gravity[j]) + known[j]),
         acceleration,
-        adaptation: c.rate.component_mul(&delta(c.law, &terms, &z)),
+        adaptation: each(|j| c.rate[j] * delta[j]),
     }
+}
+
+/// A vector by its components, written out: this package's optimisation would make loops of it.
+#[inline(always)]
+fn each(component: impl Fn(usize) -> f32) -> JointVector {
+    JointVector::new(component(0), component(1), component(2), component(3))
+}
+
+/// No number but zeros.
+#[inline(always)]
+fn zero() -> JointVector {
+    JointVector::new(0.0, 0.0, 0.0, 0.0)
 }
 
 /// The adaptive function: M z or M⁻¹ z; nothing where nothing adapts.
@@ -133,7 +139,7 @@ fn delta(law: Law, terms: &Terms<'_>, z: &JointVector) -> JointVector {
             let m: JointMatrix = terms.inertia_matrix();
             ldlt::solve(&m, z)
         }
-        _ => JointVector::repeat(0.0),
+        _ => zero(),
     }
 }
 

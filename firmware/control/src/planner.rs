@@ -202,33 +202,36 @@ impl Planner {
         STOP.iter().all(|&(value, slope)| {
             let rate = Rate { value, slope_per_s: slope * self.stop_per_s };
             let set_point = motion.set_point_at(phase, rate);
-            let q = JointVector::from_fn(|j, _| {
-                self.ranges[j].position(set_point.position[j] >> FRACTION_BITS)
-            });
+            let mut q = JointVector::repeat(0.0);
+            for j in 0..JOINTS {
+                q[j] = self.ranges[j].position(set_point.position[j] >> FRACTION_BITS);
+            }
             self.affords(&q, &set_point.velocity.into(), &set_point.acceleration.into())
         })
     }
 
     #[inline(never)]
     fn jog(&self, speeds: &[f32; JOINTS], codes: &[u32; JOINTS]) -> Result<Line, Refusal> {
-        let speeds = JointVector::from(*speeds);
         if !speeds.iter().all(|v| v.is_finite()) {
             return Err(Refusal::NotFinite);
         }
         if speeds.iter().zip(&self.ranges).any(|(v, range)| v.abs() > range.qd_max) {
             return Err(Refusal::TooFast);
         }
-        let here = JointVector::from_fn(|j, _| self.ranges[j].position(codes[j]));
-        for q in [here, here + speeds * JOG_AHEAD_S] {
-            let stops = STOP.iter().all(|&(value, slope)| {
-                self.affords(&q, &(speeds * value), &(speeds * (slope * self.stop_per_s)))
-            });
-            if !stops {
-                return Err(Refusal::NotStoppable);
+        for ahead_s in [0.0, JOG_AHEAD_S] {
+            let mut q = along(speeds, ahead_s);
+            for j in 0..JOINTS {
+                q[j] += self.ranges[j].position(codes[j]);
+            }
+            for (value, slope) in STOP {
+                let (qd, qdd) = (along(speeds, value), along(speeds, slope * self.stop_per_s));
+                if !self.affords(&q, &qd, &qdd) {
+                    return Err(Refusal::NotStoppable);
+                }
             }
         }
-        let mut line = Line { velocity: speeds.into(), ..Line::default() };
-        for ((slot, v), range) in line.velocity_q8.iter_mut().zip(&speeds).zip(&self.ranges) {
+        let mut line = Line { velocity: *speeds, ..Line::default() };
+        for ((slot, v), range) in line.velocity_q8.iter_mut().zip(speeds).zip(&self.ranges) {
             // Word steps of 1/64 count a tick, 8 fractional bits.
             *slot = (v / (range.lsb * self.tick_hz) * 16_384.0) as i32;
         }
@@ -266,4 +269,10 @@ impl Planner {
         self.gains = gains;
         Ok(Gained::new(&law::Coefficients::new(&gains, self.tick_hz)))
     }
+}
+
+/// `speeds` times a number.
+#[inline(never)]
+fn along(speeds: &[f32; JOINTS], by: f32) -> JointVector {
+    speeds.map(|speed| speed * by).into()
 }

@@ -177,6 +177,7 @@ fn is_echoed<S: SpiDevice>(spi: &mut S, next: &Frame, sent: &Frame) -> bool {
 }
 
 /// One transaction: sends `frame`, returns the answer to the frame before it.
+#[inline(never)]
 fn exchange<S: SpiDevice>(spi: &mut S, frame: &Frame) -> Option<[u8; 4]> {
     let mut bytes = frame.to_bytes();
     spi.transfer_in_place(&mut bytes).ok()?;

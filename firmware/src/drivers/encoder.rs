@@ -25,6 +25,7 @@ impl From<FrameError> for SampleError {
 
 /// Reads one position in one transaction. The bus is in SPI mode 3 at
 /// [`shared::wire::biss_c::MA_HZ`]; nothing is sent and there is no chip select.
+#[inline(always)]
 pub fn read<S: SpiDevice>(spi: &mut S, layout: &Layout) -> Result<Sample, SampleError> {
     let mut frame = [0; FRAME_BYTES];
     spi.read(&mut frame).map_err(|_| SampleError::Bus)?;

@@ -114,11 +114,18 @@ impl<'m, S: SpiDevice, O: OutputPin, I: InputPin> Executive<'m, S, O, I> {
     #[inline(always)]
     pub fn tick(&mut self, input: &TickInput<'_>, records: &mut impl RecordSink) {
         let sound = self.core.begin();
-        let mut driven = self.update();
-        if !sound {
-            self.repair(records);
-            return;
+        let driven = self.update();
+        let (control, codes) = if sound { self.work(input, driven) } else { self.repair() };
+        let record = self.core.record(&control, codes, self.adc.codes(), self.powered);
+        if !records.push(record) {
+            self.core.record_dropped();
         }
+        self.feed_watchdog();
+    }
+
+    /// What a tick is for, with parameters that can be used.
+    #[inline(always)]
+    fn work(&mut self, input: &TickInput<'_>, mut driven: bool) -> (Control, [u16; JOINTS]) {
         self.sample(input);
         self.supervise(input);
         driven &= self.drive();
@@ -127,49 +134,29 @@ impl<'m, S: SpiDevice, O: OutputPin, I: InputPin> Executive<'m, S, O, I> {
         if self.core.conclude(driven) {
             self.drive_again();
         }
-        let record = self.core.record(&control, codes, self.adc.codes(), self.powered);
-        if !records.push(record) {
-            self.core.record_dropped();
-        }
-        self.feed_watchdog();
+        (control, codes)
     }
 
     /// Reads encoders, in joint order as their latch offsets assume, and the torque converter.
     #[inline(always)]
     fn sample(&mut self, input: &TickInput<'_>) {
         self.stages = self.stages << 4 | 2;
-        match self.core.start_sampling(input) {
-            Elapsed::Regular => {
-                // Written out: with constant indices no address is computed.
-                self.sample_joint(0);
-                self.sample_joint(1);
-                self.sample_joint(2);
-                self.sample_joint(3);
+        let elapsed = self.core.start_sampling(input);
+        for j in 0..JOINTS {
+            let sample = encoder::read(&mut self.io.encoders[j], &self.layouts[j]);
+            match (elapsed, sample) {
+                (Elapsed::Regular, Ok(sample)) => self.core.take(j, sample.code, sample.warning),
+                (Elapsed::Regular, Err(_)) => self.core.lose(j),
+                (Elapsed::Irregular(ticks), sample) => {
+                    let sample = sample.ok().map(|s| (s.code, s.warning));
+                    self.core.take_after(j, sample, ticks);
+                }
             }
-            Elapsed::Irregular(ticks) => self.sample_after(ticks),
         }
         if self.adc_ready {
             self.sample_torque(input);
         }
         self.core.end_sampling();
-    }
-
-    #[inline(always)]
-    fn sample_joint(&mut self, j: usize) {
-        match encoder::read(&mut self.io.encoders[j], &self.layouts[j]) {
-            Ok(sample) => self.core.take(j, sample.code, sample.warning),
-            Err(_) => self.core.lose(j),
-        }
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn sample_after(&mut self, ticks: f32) {
-        self.core.catch_up(ticks);
-        for (j, (port, layout)) in self.io.encoders.iter_mut().zip(&self.layouts).enumerate() {
-            let sample = encoder::read(port, layout).ok();
-            self.core.take_after(j, sample.map(|s| (s.code, s.warning)), ticks);
-        }
     }
 
     #[inline(always)]

@@ -4,7 +4,7 @@ use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_hal::spi::SpiDevice;
 use shared::arm::JOINTS;
 
-use super::{Executive, RecordSink};
+use super::{Control, Executive};
 use crate::JointVector;
 use crate::math::round_to_i32;
 
@@ -36,7 +36,9 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<'_, S, O, I> {
     #[cold]
     #[inline(never)]
     pub(super) fn drive_again(&mut self) {
-        self.drive();
+        let levels = self.core.mode().rare_levels(&self.core.memory().thresholds.timing);
+        self.powered = levels.drives | levels.release << 4;
+        self.io.outputs.drive_rare(levels);
     }
 
     /// Encodes torques and writes them; LDAC of the next tick makes them act.
@@ -59,18 +61,13 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<'_, S, O, I> {
         codes
     }
 
-    /// The rest of a tick whose parameters' copies differ: torque stays as it is.
-    #[cold]
-    #[inline(never)]
-    pub(super) fn repair(&mut self, records: &mut impl RecordSink) {
+    /// A tick whose parameters' copies differ: torque stays as it is, and nothing was sampled or computed.
+    #[inline(always)]
+    pub(super) fn repair(&mut self) -> (Control, [u16; JOINTS]) {
         self.stages = self.stages << 4 | 6;
         self.core.repair();
-        self.drive();
-        let record = self.core.record_of_repair([DAC_ZERO; JOINTS], self.adc.codes(), self.powered);
-        if !records.push(record) {
-            self.core.record_dropped();
-        }
-        self.feed_watchdog();
+        self.drive_again();
+        (Control::none(), [DAC_ZERO; JOINTS])
     }
 
     /// Toggles the watchdog's pin when it is due, if the tick went through all its stages.

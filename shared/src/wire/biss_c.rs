@@ -111,6 +111,7 @@ impl Layout {
 
     /// Checks every bit of a read. All errors of one or two bits and all bursts of up to six bits are found;
     /// of arbitrary errors behind an intact header, one in 64 is not.
+    #[inline(always)]
     pub fn decode(&self, frame: &[u8; FRAME_BYTES]) -> Result<Word, FrameError> {
         let [b0, b1, b2, b3, b4, b5, b6, b7] = *frame;
         let high = u32::from_be_bytes([b0, b1, b2, b3]);

@@ -1,9 +1,12 @@
 //! The arm as the controller believes it to be: lengths and rigid bodies.
 
+use core::slice;
+
 use bytemuck::{Pod, Zeroable};
 use shared::arm::{Arm, Inertial, JOINTS, PAYLOAD};
 
 use super::check::Check;
+use super::fields::Field;
 
 /// Lengths of the MDH table, m; see [`shared::arm::Geometry`].
 #[repr(C)]
@@ -99,25 +102,15 @@ impl ArmModel {
 impl ArmModel {
     #[inline(never)]
     pub(super) fn validate(&self, check: &mut Check) {
-        let g = &self.geometry;
-        let lengths = [g.a1_m, g.a2_m, g.a3_m, g.d1_m, g.d3_m];
-        check.all("geometry_m", &lengths, -20.0, 20.0);
-        check.one("gravity_m_s2", 0, self.gravity_m_s2, 0.0, 20.0);
+        const GEOMETRY: Field = Field::named("geometry_m");
+        const LINK: Field = Field::named("links.mass_kg");
+        const PAYLOAD: Field = Field::named("payload.mass_kg");
+        const GRAVITY: Field = Field::named("gravity_m_s2");
+        check.group(GEOMETRY, 0, bytemuck::cast_slice(slice::from_ref(&self.geometry)));
+        check.group(GRAVITY, 0, &[self.gravity_m_s2.to_bits()]);
         for (i, link) in self.links.iter().enumerate() {
-            check.one("links.mass_kg", i, link.mass_kg, 1.0, 20_000.0);
-            link.validate(check);
+            check.group(LINK, i, bytemuck::cast_slice(slice::from_ref(link)));
         }
-        check.one("payload.mass_kg", 0, self.payload.mass_kg, 0.0, 5_000.0);
-        self.payload.validate(check);
-    }
-}
-
-impl Body {
-    #[inline(never)]
-    pub(super) fn validate(&self, check: &mut Check) {
-        check.all("com_m", &self.com_m, -20.0, 20.0);
-        let [ixx, iyy, izz, ixy, ixz, iyz] = self.inertia_com_kg_m2;
-        check.all("inertia_com_kg_m2 moments", &[ixx, iyy, izz], 0.0, 1e6);
-        check.all("inertia_com_kg_m2 products", &[ixy, ixz, iyz], -1e6, 1e6);
+        check.group(PAYLOAD, 0, bytemuck::cast_slice(slice::from_ref(&self.payload)));
     }
 }

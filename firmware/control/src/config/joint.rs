@@ -1,10 +1,13 @@
 //! One joint's encoder, drive, transducer and limits.
 
+use core::slice;
+
 use bytemuck::{Pod, Zeroable};
 use shared::arm::Arm;
 use shared::wire::biss_c::{LATCH_DELAY_S, Layout};
 
-use super::check::{Check, ConfigError};
+use super::check::Check;
+use super::fields::Field;
 
 /// One joint's encoder, drive, transducer and limits. SI units; joint 4 in m and N.
 #[repr(C)]
@@ -38,8 +41,8 @@ const SPAN_MAX_COUNTS: f32 = 67_108_864.0;
 const STEP_MAX_COUNTS: f32 = 32_768.0;
 
 /// Widths of position word that the frame has room for.
-const ENCODER_BITS_MIN: f32 = 12.0;
-const ENCODER_BITS_MAX: f32 = 32.0;
+pub(super) const BITS_MIN: f32 = 12.0;
+pub(super) const BITS_MAX: f32 = 32.0;
 
 pub(super) const fn joint(arm: &Arm, j: usize) -> Joint {
     let limits = arm.limits[j];
@@ -61,34 +64,27 @@ pub(super) const fn joint(arm: &Arm, j: usize) -> Joint {
 impl Joint {
     #[inline(never)]
     pub(super) fn validate(&self, check: &mut Check, j: usize, tick_hz: f32) {
-        check.one("q_min", j, self.q_min, -60.0, 60.0);
-        check.one("q_max", j, self.q_max, self.q_min, 60.0);
-        check.one("qd_max", j, self.qd_max, 1e-3, 10.0);
-        check.one("tau_max", j, self.tau_max, 1.0, 1e6);
-        check.one("encoder_bits", j, self.encoder_bits as f32, ENCODER_BITS_MIN, ENCODER_BITS_MAX);
-        check.one("encoder_lsb", j, self.encoder_lsb, 1e-9, 1e-3);
+        check.group(
+            const { Field::named("q_min") },
+            j,
+            bytemuck::cast_slice(slice::from_ref(self)),
+        );
         let top = self.q_min;
+        check.one(const { Field::named("q_max") }, j, self.q_max, top, 60.0);
         let bottom = self.q_max - SPAN_MAX_COUNTS * self.encoder_lsb;
-        check.one("encoder_zero", j, self.encoder_zero, bottom, top);
+        check.one(const { Field::named("encoder_zero") }, j, self.encoder_zero, bottom, top);
         let step_max = self.encoder_lsb * STEP_MAX_COUNTS * tick_hz;
-        check.one("qd_max against encoder_lsb", j, self.qd_max, 0.0, step_max);
-        check.one("latch_offset_s", j, self.latch_offset_s, 0.0, 0.5 / tick_hz);
-        check.one("drive_full_scale", j, self.drive_full_scale, self.tau_max, 2e6);
-        check.one("torque_full_scale", j, self.torque_full_scale, self.tau_max, 2e6);
+        let step = const { Field::named("qd_max against encoder_lsb") };
+        check.one(step, j, self.qd_max, 0.0, step_max);
+        let (drive, sensor) = (self.drive_full_scale, self.torque_full_scale);
+        check.one(const { Field::named("drive_full_scale") }, j, drive, self.tau_max, 2e6);
+        check.one(const { Field::named("torque_full_scale") }, j, sensor, self.tau_max, 2e6);
     }
 }
 
 impl Joint {
-    /// Layout of the encoder's frames.
-    /// Refuses a width that no head has.
-    pub fn layout(&self, j: usize) -> Result<Layout, ConfigError> {
-        let value = self.encoder_bits as f32;
-        Layout::new(self.encoder_bits).ok_or(ConfigError::OutOfRange {
-            field: "encoder_bits",
-            index: j,
-            value,
-            min: ENCODER_BITS_MIN,
-            max: ENCODER_BITS_MAX,
-        })
+    /// Layout of the encoder's frames; one that fits no frame for a width that validation refuses.
+    pub fn layout(&self) -> Layout {
+        Layout::new(self.encoder_bits).unwrap_or_default()
     }
 }

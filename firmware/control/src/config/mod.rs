@@ -2,6 +2,7 @@
 
 mod arm;
 mod check;
+mod fields;
 mod gains;
 mod joint;
 mod safety;
@@ -13,6 +14,7 @@ use shared::crc32::crc32;
 pub use arm::{ArmModel, Body, Geometry};
 use check::Check;
 pub use check::ConfigError;
+pub use fields::Field;
 pub use gains::{Gains, Law};
 pub use joint::Joint;
 use joint::joint;
@@ -70,16 +72,16 @@ impl Config {
     /// # Errors
     /// The first value that is out of range, with its range.
     pub fn validate(&self) -> Result<(), ConfigError> {
-        let mut check = Check(Ok(()));
         let tick_hz = self.tick_hz as f32;
-        check.one("tick_hz", 0, tick_hz, TICK_HZ_MIN as f32, TICK_HZ_MAX as f32);
+        let mut check = Check::new(tick_hz);
+        check.group(const { Field::named("tick_hz") }, 0, &[self.tick_hz]);
         self.arm.validate(&mut check);
         for (j, joint) in self.joints.iter().enumerate() {
             joint.validate(&mut check, j, tick_hz);
         }
-        self.gains.validate(&mut check, tick_hz);
+        self.gains.validate(&mut check);
         self.safety.validate(&mut check);
-        check.0
+        check.found
     }
 }
 

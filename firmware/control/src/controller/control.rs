@@ -1,5 +1,6 @@
 //! Estimate, set-point, law and limits.
 
+use shared::arm::JOINTS;
 use shared::fault::{Fault, Limit};
 
 use super::{BACKUP_TICKS, Core, TickInput, Trace, zero};
@@ -8,7 +9,6 @@ use crate::law::{self, State};
 use crate::math::clamp_symmetric;
 use crate::memory::Gained;
 use crate::monitor::Finding;
-use crate::path::SetPoint;
 use crate::planner::Order;
 use crate::supervisor::Mode;
 
@@ -80,7 +80,7 @@ impl Core {
         // Infinity and NaN stay what they are when multiplied by zero.
         let finite = state.e1_dot.sum() * 0.0 == 0.0;
         let far = self.motions.is_far(&self.memory.thresholds.motion, &state.e1);
-        if (far | !finite) && self.stray() {
+        if (far | !finite) && self.stray(state.e1) {
             return Control { torque: self.trace.written, ..Control::none() };
         }
         let limits = &self.memory.thresholds.motion;
@@ -112,16 +112,27 @@ impl Core {
     /// Estimates against the set-point, in SI units.
     #[inline(always)]
     fn state(&self) -> State {
-        let c = &self.memory.coefficients.scales;
-        let o = &self.memory.estimates.observers;
+        let (q, qd, e1) = (zero(), zero(), zero());
+        let mut state =
+            State { q, qd, e1, e1_dot: zero(), qdd_d: self.trace.aim.acceleration.into() };
         let aim = &self.trace.aim;
-        let q = JointVector::from_fn(|j, _| o[j].position(&c[j]));
-        let qd = JointVector::from_fn(|j, _| o[j].velocity(&c[j]));
-        let e1 = JointVector::from_fn(|j, _| {
-            o[j].position.wrapping_sub(aim.position[j]) as i32 as f32 * c[j].step
-        });
-        let e1_dot = qd - JointVector::from(aim.velocity);
-        State { q, qd, e1, e1_dot, qdd_d: aim.acceleration.into() }
+        for j in 0..JOINTS {
+            let scale = &self.memory.coefficients.scales[j];
+            let observer = &self.memory.estimates.observers[j];
+            let distance = observer.position.wrapping_sub(aim.position[j]) as i32;
+            state.q[j] = observer.position(scale);
+            state.qd[j] = observer.velocity(scale);
+            state.e1[j] = distance as f32 * scale.step;
+            state.e1_dot[j] = state.qd[j] - aim.velocity[j];
+        }
+        state
+    }
+
+    /// The same where it is rarely wanted.
+    #[cold]
+    #[inline(never)]
+    fn rare_state(&self) -> State {
+        self.state()
     }
 
     /// What the next ticks' monitors compare with.
@@ -147,35 +158,26 @@ impl Core {
     #[cold]
     #[inline(never)]
     fn rest(&mut self) -> Control {
-        let observers = &self.memory.estimates.observers;
-        let (written, acting) = (self.trace.written, self.trace.acting);
-        let aim = SetPoint::hold(observers.map(|o| o.position));
-        self.trace = Trace { written, acting, aim, ..Trace::NONE };
-        let scales = &self.memory.coefficients.scales;
-        let mut qd = zero();
-        for ((slot, observer), scale) in qd.iter_mut().zip(observers).zip(scales) {
-            *slot = observer.velocity(scale);
+        let Trace { written, acting, .. } = self.trace;
+        self.trace = Trace::NONE;
+        (self.trace.written, self.trace.acting) = (written, acting);
+        let estimates = self.trace.aim.position.iter_mut().zip(&self.memory.estimates.observers);
+        for (place, observer) in estimates {
+            *place = observer.position;
         }
-        Control { qd, ..Control::none() }
+        Control { qd: self.rare_state().qd, ..Control::none() }
     }
 
     /// Looks into estimates that are far from the set-point or no numbers; whether this tick has to do without the
     /// law.
     #[cold]
     #[inline(never)]
-    fn stray(&mut self) -> bool {
+    fn stray(&mut self, e1: JointVector) -> bool {
         let damaged = self.mend();
         if damaged != 0 {
             self.findings.raise(Finding { fault: Fault::NotFinite, joints: damaged });
             self.spoilt = true;
             return true;
-        }
-        let (observers, scales) =
-            (&self.memory.estimates.observers, &self.memory.coefficients.scales);
-        let mut e1 = zero();
-        let pairs = observers.iter().zip(&self.trace.aim.position).zip(scales);
-        for (slot, ((observer, aim), scale)) in e1.iter_mut().zip(pairs) {
-            *slot = observer.position.wrapping_sub(*aim) as i32 as f32 * scale.step;
         }
         let limits = &self.memory.thresholds.motion;
         self.motions.judge_error(limits, &e1, self.trace.isolated, &mut self.findings)
@@ -208,14 +210,12 @@ impl Core {
     #[cold]
     #[inline(never)]
     fn ease(&self, mut state: State) -> State {
-        if self.trace.soft {
-            (state.e1, state.e1_dot) = (state.e1 * 0.25, state.e1_dot * 0.5);
-        }
-        let errors = state.e1.iter_mut().zip(&mut state.e1_dot).zip(&mut state.qdd_d);
-        for (j, ((e1, e1_dot), qdd_d)) in errors.enumerate() {
-            if self.trace.isolated >> j & 1 != 0 {
-                (*e1, *e1_dot, *qdd_d) = (0.0, 0.0, 0.0);
-            }
+        let (p, d) = if self.trace.soft { (0.25, 0.5) } else { (1.0, 1.0) };
+        for j in 0..JOINTS {
+            let isolated = self.trace.isolated >> j & 1 != 0;
+            state.e1[j] = if isolated { 0.0 } else { state.e1[j] * p };
+            state.e1_dot[j] = if isolated { 0.0 } else { state.e1_dot[j] * d };
+            state.qdd_d[j] = if isolated { 0.0 } else { state.qdd_d[j] };
         }
         state
     }
@@ -228,12 +228,12 @@ impl Core {
         self.memory.gain(gained);
         self.aim();
         if self.trace.in_control {
-            let state = self.state();
+            let state = self.rare_state();
             let c = &self.memory.coefficients;
-            let change = before.acceleration(&state) - c.law.acceleration(&state);
+            let change = c.law.less_than(&before, &state.e1, &state.e1_dot);
             // Gravity cancels.
-            let (rest, at) = (zero(), &c.dynamics);
-            let step = at.torque(&state.q, &rest, &change) - at.torque(&state.q, &rest, &rest);
+            let torque = |change| c.dynamics.torque(&state.q, &zero(), change);
+            let step = torque(&change) - torque(&zero());
             let d_hat = law::adapt(&c.law, &self.memory.estimates.d_hat, &step);
             self.memory.estimates.set_d_hat(d_hat);
         }

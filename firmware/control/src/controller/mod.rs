@@ -217,14 +217,12 @@ impl Core {
     ) -> Result<[Layout; JOINTS], ConfigError> {
         config.check(crc)?;
         config.validate()?;
-        let [j1, j2, j3, j4] = &config.joints;
-        let layouts = [j1.layout(0)?, j2.layout(1)?, j3.layout(2)?, j4.layout(3)?];
         self.memory.set(config);
         self.parked = retained.parked;
         if let Some(crash) = retained.crash {
             self.mode = Mode::latched(crash);
         }
-        Ok(layouts)
+        Ok(config.joints.map(|joint| joint.layout()))
     }
 
     /// Parameters, their shadow and the estimates.

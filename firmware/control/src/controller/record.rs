@@ -89,18 +89,6 @@ impl Core {
         }
     }
 
-    /// The record of a tick in which nothing was sampled or computed.
-    #[cold]
-    #[inline(never)]
-    pub fn record_of_repair(
-        &mut self,
-        dac: [u16; JOINTS],
-        adc: [i32; JOINTS],
-        powered: u8,
-    ) -> Record {
-        self.record(&Control::none(), dac, adc, powered)
-    }
-
     /// The record found no room.
     #[cold]
     pub fn record_dropped(&mut self) {

@@ -23,7 +23,11 @@ impl Core {
         let special = self.blind | (ALL & !self.seen);
         match elapsed {
             Elapsed::Regular if special != 0 => Elapsed::Irregular(1.0),
-            _ => elapsed,
+            Elapsed::Irregular(ticks) => {
+                self.catch_up(ticks);
+                elapsed
+            }
+            Elapsed::Regular => elapsed,
         }
     }
 
@@ -87,7 +91,7 @@ impl Core {
     /// The path is a function of time: it goes on by as much as has passed.
     #[cold]
     #[inline(never)]
-    pub fn catch_up(&mut self, ticks: f32) {
+    fn catch_up(&mut self, ticks: f32) {
         if ticks != 1.0 {
             self.mode.catch_up(ticks - 1.0);
         }

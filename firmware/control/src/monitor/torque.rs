@@ -104,37 +104,33 @@ impl Torques {
         findings: &mut Findings,
     ) {
         self.suspect = 0;
-        let counts = self.confirmed.iter_mut().zip(&mut self.lasting).zip(&mut self.plain);
-        let joints = counts.map(|((confirmed, lasting), plain)| (confirmed, lasting, plain));
-        let limits = l.scale.iter().zip(&l.warn).zip(&l.wrong).zip(&l.speed_error);
-        let seen = codes.iter().zip(applied).zip(speed_error);
-        for (j, ((state, limits), seen)) in joints.zip(limits).zip(seen).enumerate() {
-            let (((scale, warn), wrong), speed) = limits;
-            let ((code, applied), speed_error) = seen;
-            let measured = *code as f32 * scale;
+        for j in 0..JOINTS {
+            let (warn, applied) = (l.warn[j], applied[j]);
+            let measured = codes[j] as f32 * l.scale[j];
             let difference = (measured - applied).abs();
-            if difference > *warn {
+            if difference > warn {
                 findings.limit(Limit::TorqueDrift);
             }
-            if difference <= *wrong {
-                (*state.0, *state.1, *state.2) = (0, 0, 0);
+            if difference <= l.wrong[j] {
+                (self.confirmed[j], self.lasting[j], self.plain[j]) = (0, 0, 0);
                 continue;
             }
             self.suspect |= 1 << j;
-            *state.1 = state.1.saturating_add(1);
+            let lasting = self.lasting[j].saturating_add(1);
             // A torque that is nothing or the opposite from the start on is the drive's doing: a transducer that
             // drifts passes there later, if at all.
             let nothing = measured.abs() <= NOTHING * warn;
             let plain = nothing || (measured + applied).abs() <= OPPOSITE * warn;
-            *state.2 = if plain { state.2.saturating_add(1) } else { 0 };
-            let plain = *state.2 >= PLAIN && *state.1 <= SETTLED;
-            let dead = if plain { nothing } else { measured.abs() <= *wrong };
-            let moves = speed_error.abs() > *speed || blind >> j & 1 != 0;
-            *state.0 = if moves { state.0.saturating_add(1) } else { 0 };
-            if plain || *state.0 >= CONFIRMED {
+            let plain_ticks = if plain { self.plain[j].saturating_add(1) } else { 0 };
+            let plain = plain_ticks >= PLAIN && lasting <= SETTLED;
+            let dead = if plain { nothing } else { measured.abs() <= l.wrong[j] };
+            let moves = speed_error[j].abs() > l.speed_error[j] || blind >> j & 1 != 0;
+            let confirmed = if moves { self.confirmed[j].saturating_add(1) } else { 0 };
+            (self.confirmed[j], self.lasting[j], self.plain[j]) = (confirmed, lasting, plain_ticks);
+            if plain || confirmed >= CONFIRMED {
                 let fault = if dead { Fault::DriveLost } else { Fault::TorqueWrong };
                 findings.raise(Finding::of_joint(fault, j));
-            } else if *state.1 >= l.lasting {
+            } else if lasting >= l.lasting {
                 findings.raise(Finding::of_joint(Fault::TorqueDrift, j));
             }
         }

@@ -3,7 +3,7 @@
 use core::num::NonZeroU32;
 
 use shared::arm::JOINTS;
-use shared::command::Trajectory;
+use shared::command::{Profile, Trajectory};
 
 use super::shape::{Shape, Shaped};
 use super::{Phase, Rate, SetPoint};
@@ -88,8 +88,14 @@ impl Motion {
     /// The set-point at the present phase; past the end, the end.
     #[inline(always)]
     pub fn set_point(&self) -> SetPoint {
-        let shape = self.shape(self.phase);
-        self.placed(&shape, shape.ds * self.rate, shape.dds * (self.rate * self.rate))
+        let within =
+            self.phase.ticks.wrapping_sub(1) < self.trajectory.duration_ticks.wrapping_sub(1);
+        if within & (self.trajectory.profile == Profile::Quintic) {
+            let shape = Profile::Quintic.at(self.progress(self.phase));
+            self.placed(&shape, shape.ds * self.rate, shape.dds * (self.rate * self.rate))
+        } else {
+            self.set_point_at(self.phase, Rate::FULL)
+        }
     }
 
     /// The set-point at `phase`, passed at `rate`.
@@ -101,20 +107,23 @@ impl Motion {
         self.placed(&shape, ds * rate.value, acceleration)
     }
 
-    #[inline(always)]
     fn shape(&self, phase: Phase) -> Shape {
         let profile = self.trajectory.profile;
         if phase == Phase::default() {
-            // The tick that takes the order is the dearest without the formula's cost.
             profile.start()
         } else if phase.ticks >= self.trajectory.duration_ticks {
             profile.end()
         } else {
-            // x with 32 fractional bits; phase < N keeps the products below 2⁶³.
-            let whole = u64::from(phase.ticks).wrapping_mul(self.phase_step_q63);
-            let rest = u64::from(phase.fraction) * (self.phase_step_q63 >> 32);
-            profile.at((whole.wrapping_add(rest) >> 31) as u32)
+            profile.at(self.progress(phase))
         }
+    }
+
+    /// x with 32 fractional bits, before the end; phase < N keeps the products below 2⁶³.
+    #[inline(always)]
+    fn progress(&self, phase: Phase) -> u32 {
+        let whole = u64::from(phase.ticks).wrapping_mul(self.phase_step_q63);
+        let rest = u64::from(phase.fraction) * (self.phase_step_q63 >> 32);
+        (whole.wrapping_add(rest) >> 31) as u32
     }
 
     /// `velocity` and `acceleration` over the amplitude.

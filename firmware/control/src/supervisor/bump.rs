@@ -23,6 +23,7 @@ pub struct Bump {
 
 impl Bump {
     /// Of these amplitudes, rad and m.
+    #[inline(never)]
     pub fn set(
         &mut self,
         duration_s: f32,

@@ -251,7 +251,7 @@ fn leads_out(line: &Line, follower: &Follower, timing: &Timing) -> bool {
     let pace = timing.pace();
     let place = line.set_point_at(follower.phase(&pace), Rate::FULL).position;
     // A stop takes as much way as half its duration at full rate; two ticks for the decision.
-    let ahead = (pace.ticks as i64) / 2 + 2;
+    let ahead = i64::from(pace.ticks as u32 / 2 + 2);
     let ranges = timing.lowest.iter().zip(&timing.highest);
     place.iter().zip(&line.velocity_q8).zip(ranges).any(|((&at, &velocity), (&low, &high))| {
         let way = (i64::from(velocity) * ahead) >> 8;

@@ -209,6 +209,13 @@ impl Mode {
     /// Pin levels that belong to this mode.
     #[inline(always)]
     pub fn levels(&self, timing: &Timing) -> Levels {
+        if matches!(self, Self::Moving(_)) { Levels::LIVE } else { self.rare_levels(timing) }
+    }
+
+    /// The same where the mode is rarely [`Mode::Moving`].
+    #[cold]
+    #[inline(never)]
+    pub fn rare_levels(&self, timing: &Timing) -> Levels {
         match self {
             Self::Moving(_) | Self::Holding { .. } | Self::Jogging { .. } => Levels::LIVE,
             Self::Boot { ticks, .. } if *ticks < timing.reset => Levels::RESET,
@@ -327,30 +334,29 @@ impl Mode {
     #[cold]
     #[inline(never)]
     fn rare_status(&self, timing: &Timing) -> Status {
-        let finding = match self {
-            Self::Boot { complaint, .. } => Finding::new(*complaint),
-            _ => self.cause().map_or(Finding::NONE, |cause| cause.finding),
-        };
-        let (phase, rate) = match self {
-            Self::Jogging { follower, .. } | Self::Stopping { follower, .. } => {
-                (0, follower.rate(&timing.pace()).value)
+        let finding = self.cause().map_or(Finding::NONE, |cause| cause.finding);
+        let code = self.code();
+        let mut status = Status { code, finding, phase: 0, path_rate: 0, limits: 0 };
+        let mut rate = 0.0;
+        match self {
+            Self::Boot { complaint, .. } => status.finding = Finding::new(*complaint),
+            Self::Jogging { follower, quiet, .. } => {
+                rate = follower.rate(&timing.pace()).value;
+                if follower.goal() == 0 && *quiet <= timing.jog {
+                    status.limits = 1 << Limit::SoftPosition as u16;
+                }
             }
-            Self::Lowering { motion: Some(motion), .. } => (motion.phase.ticks, 1.0),
-            _ => (0, 0.0),
-        };
-        let limits = match self {
+            Self::Stopping { follower, .. } => rate = follower.rate(&timing.pace()).value,
             Self::BrakeHold { ticks, closed: 0, .. } if *ticks > timing.brake_set => {
-                1 << Limit::BrakeFeedback as u16
+                status.limits = 1 << Limit::BrakeFeedback as u16;
             }
-            Self::Jogging { follower, quiet, .. }
-                if follower.goal() == 0 && *quiet <= timing.jog =>
-            {
-                1 << Limit::SoftPosition as u16
+            Self::Lowering { motion: Some(motion), .. } => {
+                (status.phase, rate) = (motion.phase.ticks, 1.0);
             }
-            _ => 0,
-        };
-        let path_rate = (rate * f32::from(PATH_RATE_ONE)) as u16;
-        Status { code: self.code(), finding, phase, path_rate, limits }
+            _ => {}
+        }
+        status.path_rate = (rate * f32::from(PATH_RATE_ONE)) as u16;
+        status
     }
 
     /// Mode number for telemetry.

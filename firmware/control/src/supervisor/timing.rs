@@ -67,12 +67,18 @@ fn watch_amplitude(encoder_lsb: f32) -> f32 {
     if amplitude <= WATCH_MAX { amplitude } else { 0.0 }
 }
 
+/// Whole ticks in this time; out of line, because it is wanted often and once.
+#[inline(never)]
+fn rounded(seconds: f32, tick_hz: f32) -> u32 {
+    (seconds * tick_hz + 0.5) as u32
+}
+
 impl Timing {
     /// For a validated configuration.
     #[inline(never)]
     pub fn set(&mut self, config: &Config) {
         let (safety, tick_hz) = (&config.safety, config.tick_hz as f32);
-        let ticks = |seconds: f32| (seconds * tick_hz + 0.5) as u32;
+        let ticks = |seconds| rounded(seconds, tick_hz);
         // Both converters want a reset pulse of micro-seconds and are ready after milli-seconds
         // (ADS131M04 section 8.4.1, DAC81404 section 7.4).
         self.reset = ticks(0.002);
