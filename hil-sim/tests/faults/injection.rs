@@ -126,7 +126,7 @@ fn memory_is_changed_before_the_tick_that_finds_it() {
     assert_eq!(found(Kind::NonFinite, Target::Joint(2), 1.0), Some((0, Fault::NotFinite)));
     let shadow = Target::Place(Place::Shadow);
     assert_eq!(found(Kind::Flip, shadow, 0.0), Some((0, Fault::ParameterFlipped)));
-    assert_eq!(found(Kind::HugeError, Target::Joint(0), 30.0), Some((0, Fault::ErrorWindow)));
+    assert_eq!(found(Kind::HugeError, Target::Joint(0), 30.0), Some((0, Fault::NotFinite)));
 }
 
 #[test]

@@ -23,7 +23,6 @@ use firmware::io::{Inputs, Io, Outputs};
 use firmware::link::{Access, Station};
 use heapless::Deque;
 use link::{Level, Line, Serial, Tunnel};
-use mem as _;
 use shared::arm::JOINTS;
 use shared::evidence::Image;
 use shared::link::DEFAULT_KEY;

@@ -25,7 +25,6 @@ use firmware::controller::Core;
 use firmware::evidence::Recorder;
 use firmware::executive::{Executive, Retained, TickInput};
 use firmware::io::Io;
-use mem as _;
 use shared::arm::REFERENCE;
 use stm32f4::stm32f446::{Interrupt, Peripherals, interrupt, iwdg, tim2, tim3};
 
