@@ -46,8 +46,9 @@ fn the_bound_covers_what_a_run_touched() {
     let mark = u32::from(verdict.stack_bytes);
     println!("stack: at most {bound} bytes, a run touched {mark}");
     assert!(mark <= bound, "{mark} bytes touched, bound {bound}");
-    // A mark that nobody painted, or a bound that counts everything twice, would prove nothing.
-    assert!(2 * mark > bound, "{mark} bytes touched, bound {bound}");
+    // A mark that nobody painted, or a bound far beyond it, would prove nothing. Idle's deepest path and the tick's
+    // need not meet in one run.
+    assert!(5 * mark > 2 * bound, "{mark} bytes touched, bound {bound}");
 }
 
 /// Route two: every function on the deepest path is one that the call graph reaches.

@@ -105,23 +105,19 @@ impl Coefficients {
 #[inline(always)]
 pub fn evaluate(c: &Coefficients, arm: &Constants, s: &State, d_hat: &JointVector) -> Wanted {
     let terms = arm.at(&s.q);
-    let (coriolis, gravity) = (terms.coriolis(&s.qd), terms.gravity());
-    let z = each(|j| c.k1[j] * s.e1[j] + s.e1_dot[j]);
-    let (error, known) = if c.law == Law::PD { (&s.e1, &zero()) } else { (&z, d_hat) };
-    let acceleration = each(|j| s.qdd_d[j] - c.k1[j] * s.e1_dot[j] - c.k2[j] * error[j]);
-    let inertia = terms.inertia_times(&acceleration);
-    let delta = delta(c.law, &terms, &z);
-    Wanted {
-        torque: each(|j| inertia[j] + (coriolis[j] + gravity[j]) + known[j]),
-        acceleration,
-        adaptation: each(|j| c.rate[j] * delta[j]),
+    let bias = terms.coriolis(&s.qd) + terms.gravity();
+    if c.law == Law::PD {
+        let acceleration = s.qdd_d - c.k1.component_mul(&s.e1_dot) - c.k2.component_mul(&s.e1);
+        let torque = terms.inertia_times(&acceleration) + bias;
+        return Wanted { torque, acceleration, adaptation: zero() };
     }
-}
-
-/// A vector by its components, written out: this package's optimisation would make loops of it.
-#[inline(always)]
-fn each(component: impl Fn(usize) -> f32) -> JointVector {
-    JointVector::new(component(0), component(1), component(2), component(3))
+    let z = c.k1.component_mul(&s.e1) + s.e1_dot;
+    let acceleration = s.qdd_d - c.k1.component_mul(&s.e1_dot) - c.k2.component_mul(&z);
+    Wanted {
+        torque: terms.inertia_times(&acceleration) + bias + d_hat,
+        acceleration,
+        adaptation: c.rate.component_mul(&delta(c.law, &terms, &z)),
+    }
 }
 
 /// No number but zeros.
