@@ -96,6 +96,30 @@ fn boot_ends_once_the_last_encoder_reports() {
     }
 }
 
+/// Whenever a frame is lost in boot, an arm that is armed then is seen.
+#[test]
+fn a_frame_lost_in_boot_leaves_no_joint_unseen() {
+    for lost in 1..40 {
+        let mut rig = rig();
+        (0..lost).for_each(|_| _ = rig.tick(None));
+        rig.devices[1].dead.set(true);
+        rig.tick(None);
+        rig.devices[1].dead.set(false);
+        if rig.last.mode == Mode::Boot as u8 {
+            rig.until(Mode::Standby, 1.0);
+        }
+        rig.tick(Some(Command::Arm));
+        rig.until(Mode::Holding, 1.0);
+        let encoder = &REFERENCE.encoders[1];
+        let seen = f64::from(rig.last.code[1]) * encoder.lsb + encoder.zero;
+        let off = seen - rig.plant.q()[1];
+        assert!(
+            off.abs() < 2e-6,
+            "lost in tick {lost}: joint 2 is {off:e} rad from where it seems"
+        );
+    }
+}
+
 #[test]
 fn torque_is_on_before_the_brakes_are_told_to_open() {
     let mut rig = rig_in(Mode::Arming);

@@ -140,7 +140,9 @@ impl Core {
         };
         self.pose_confirmed |= matches!(order, Some(Order::ConfirmPose));
         let lossless = self.buckets.iter().all(|bucket| bucket.level() == 0);
-        if !(converters && self.seen == ALL && lossless) {
+        // Full buckets overflow at the first loss, and only starting over makes such an encoder believed again.
+        let seen = self.seen == ALL && self.blind == 0;
+        if !(converters && seen && lossless) {
             let late = ticks >= self.memory.thresholds.timing.boot;
             let complaint = if late { Fault::BootTimeout } else { complaint };
             return Readiness { ready: false, complaint };
