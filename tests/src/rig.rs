@@ -16,13 +16,27 @@ use shared::command::Command;
 use shared::fault::Mode;
 use shared::telemetry::Record;
 
+/// Way of a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Way {
+    /// To the device; only where both ways share their bytes.
+    Out,
+    /// From the device.
+    In,
+}
+
+/// Sees a frame pass, and may change it.
+pub type Tamper = Box<dyn FnMut(Way, &mut [u8])>;
+
 /// What a test can do to one connection and learn of it.
-#[derive(Debug, Default)]
+#[derive(Default)]
 pub struct Line {
     /// The controller has driven this pin.
     pub driven: Cell<bool>,
     /// Transactions fail.
     pub dead: Cell<bool>,
+    /// Stands between the device and the controller.
+    pub tamper: RefCell<Option<Tamper>>,
 }
 
 /// A handle with a [`Line`] in between.
@@ -40,7 +54,23 @@ impl SpiDevice for Tapped<Device> {
         if self.line.dead.get() {
             return Err(spi::ErrorKind::Other);
         }
-        self.inner.transaction(operations)
+        let mut tamper = self.line.tamper.borrow_mut();
+        let Some(tamper) = tamper.as_mut() else { return self.inner.transaction(operations) };
+        for operation in operations.iter_mut() {
+            if let Operation::TransferInPlace(bytes) = operation {
+                tamper(Way::Out, bytes);
+            }
+        }
+        self.inner.transaction(operations)?;
+        for operation in operations {
+            match operation {
+                Operation::Read(bytes)
+                | Operation::Transfer(bytes, _)
+                | Operation::TransferInPlace(bytes) => tamper(Way::In, bytes),
+                Operation::Write(_) | Operation::DelayNs(_) => {}
+            }
+        }
+        Ok(())
     }
 }
 

@@ -2,7 +2,9 @@
 //! would be wrong.
 
 mod bus;
+pub mod damage;
 mod link;
+pub mod running;
 mod scenario;
 pub mod storm;
 

@@ -1,0 +1,317 @@
+//! Damaged frames on the bus of an arm that moves: what comes through to positions, torques and the arm.
+//!
+//! The arm lifts and lowers without end. In each tick one encoder's frame is damaged, in each third one the torque
+//! converter's, in each fourth one of the DAC's in either direction: as often as the loss buckets bear. Half of the
+//! frames get flipped bits, a burst each fourth, the rest random contents; of those of the encoders some get the
+//! check sum that fits, with a position near the right one. Requests to the DAC get no random contents: what a DAC does
+//! with a command that it was not sent is not the firmware's to judge.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use firmware::monitor::Thresholds;
+use hil_sim::path::Path;
+use hil_sim::run::config_of;
+use hil_sim::scenario::Scenario;
+use shared::arm::{JOINTS, REFERENCE};
+use shared::command::{Command, Trajectory};
+use shared::fault::{Fault, Mode};
+use shared::wire::biss_c::{Layout, Word};
+use shared::wire::{ads131m04, biss_c, dac81404};
+
+use super::damage::{Damage, Device, Sort};
+use crate::rig::{Rig, Way};
+
+/// Index of the torque converter and of the DAC among the devices.
+const ADC: usize = JOINTS;
+const DAC: usize = JOINTS + 1;
+/// Ticks between two near positions of an encoder, at least: three in ten ticks are a reason to stop.
+const NEAR_EVERY: u64 = 12;
+
+/// What became of damaged frames of one sort.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Fate {
+    /// Damaged.
+    pub frames: u64,
+    /// Taken by their check with contents that were not sent.
+    pub passed: u64,
+    /// And used.
+    pub used: u64,
+}
+
+/// What came of it all.
+#[derive(Clone, Debug, Default)]
+pub struct Tally {
+    /// By device (encoders, torque converter, DAC) and by sort; the last is that of near positions.
+    pub fates: [[Fate; 4]; 3],
+    /// Ticks of the moving arm.
+    pub ticks: u64,
+    /// Stops, by their faults.
+    pub stops: Vec<Fault>,
+    /// Farthest that a position was from the one sent, counts.
+    pub off_counts: [u32; JOINTS],
+    /// Farthest that the tip was from its path, m.
+    pub off_path_m: f64,
+}
+
+impl Tally {
+    /// All damaged frames.
+    pub fn frames(&self) -> u64 {
+        self.fates.iter().flatten().map(|fate| fate.frames).sum()
+    }
+}
+
+const SORTS: [Sort; 4] = [Sort::Flips, Sort::Burst, Sort::Any, Sort::Any];
+const NEAR: usize = 3;
+
+/// One frame to be damaged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Hit {
+    /// Its number among the device's frames of the tick.
+    frame: usize,
+    way: Way,
+    /// Index of [`SORTS`].
+    sort: usize,
+    /// How far a near position is off, counts.
+    near: i32,
+}
+
+/// One device's line in one tick.
+#[derive(Debug, Default)]
+struct Tap {
+    hit: Option<Hit>,
+    frames: [usize; 2],
+    /// Last frame from the device, as it sent it.
+    sent: Vec<u8>,
+    /// The frame that was hit, before and after.
+    changed: Option<(Vec<u8>, Vec<u8>)>,
+}
+
+struct Running {
+    rig: Rig,
+    taps: [Rc<RefCell<Tap>>; JOINTS + 2],
+    path: Path,
+    lift: Trajectory,
+    /// The path of the present motion is gone backwards.
+    down: bool,
+    /// Codes that the DAC was told last with success.
+    acting: [u16; JOINTS],
+    near: [u64; JOINTS],
+}
+
+/// Damages `count` frames, as many as it takes of ticks.
+///
+/// # Panics
+/// Where a value is used that a check must have found, or that the rate window must have.
+pub fn run(seed: u64, count: u64) -> Tally {
+    let mut tally = Tally::default();
+    let damage = Rc::new(RefCell::new(Damage::new(seed)));
+    let scenario = Scenario::load("paper").expect("a shipped scenario");
+    let mut thresholds: Thresholds = bytemuck::Zeroable::zeroed();
+    thresholds.set(&config_of(&scenario));
+    while tally.frames() < count {
+        let mut running = Running::new(&scenario, &damage);
+        while tally.frames() < count && running.goes_on(&mut tally) {
+            running.tick(&damage, &mut tally, &thresholds.encoder.tight);
+        }
+    }
+    tally
+}
+
+impl Running {
+    /// An arm that holds its start pose.
+    fn new(scenario: &Scenario, damage: &Rc<RefCell<Damage>>) -> Self {
+        let mut rig = Rig::new(&config_of(scenario), scenario.encoders.skew_s);
+        rig.until(Mode::Standby, 1.0);
+        rig.tick(Some(Command::Arm));
+        rig.until(Mode::Holding, 1.0);
+        let path = Path::of(scenario);
+        let taps: [Rc<RefCell<Tap>>; JOINTS + 2] = Default::default();
+        for (index, (line, tap)) in rig.devices.iter().zip(&taps).enumerate() {
+            let (tap, damage) = (Rc::clone(tap), Rc::clone(damage));
+            let pass =
+                move |way, bytes: &mut [u8]| tap.borrow_mut().pass(index, way, bytes, &damage);
+            *line.tamper.borrow_mut() = Some(Box::new(pass));
+        }
+        let lift = path.command(&REFERENCE);
+        let acting = rig.last.dac;
+        Self { rig, taps, path, lift, down: true, acting, near: [0; JOINTS] }
+    }
+
+    /// Whether the arm has not been stopped; one that has is not judged any further.
+    fn goes_on(&self, tally: &mut Tally) -> bool {
+        let record = &self.rig.last;
+        let moves = [Mode::Holding, Mode::Moving].iter().any(|mode| record.mode == *mode as u8);
+        if !moves {
+            tally.stops.extend(Fault::from_number(record.fault));
+        }
+        moves
+    }
+
+    fn tick(&mut self, damage: &RefCell<Damage>, tally: &mut Tally, tight: &[u32; JOINTS]) {
+        tally.ticks += 1;
+        self.aim(damage, tally.ticks, tight);
+        let turns = self.rig.last.mode == Mode::Holding as u8;
+        self.down ^= turns;
+        let command = turns.then(|| Command::Start(self.next_path()));
+        let acting = self.acting;
+        let record = self.rig.tick(command);
+        assert_eq!(record.refusal, 0, "{record:?}");
+        let used = |device: usize| record.rejected >> device & 1 == 0;
+        if used(DAC) {
+            self.acting = record.dac;
+        }
+        // LDAC passes on what was taken in the tick before, or nothing.
+        let given = self.rig.bench.borrow().drive_commands();
+        let told = acting.map(|code| (f64::from(code) - 32_768.0) / 32_768.0);
+        assert!(given.iter().zip(told).all(|(a, b)| (a - b).abs() < 1e-12), "{given:?} {told:?}");
+        for j in 0..JOINTS {
+            self.judge_encoder(j, used(j), tally, tight);
+        }
+        self.judge_adc(used(ADC), tally);
+        self.judge_dac(used(DAC), tally);
+        self.judge_arm(tally);
+    }
+
+    /// Chooses the frames to be hit in the coming tick.
+    fn aim(&mut self, damage: &RefCell<Damage>, tick: u64, tight: &[u32; JOINTS]) {
+        let mut damage = damage.borrow_mut();
+        self.taps.iter().for_each(|tap| tap.replace(Tap::default()).frames = [0; 2]);
+        let j = (tick % 4) as usize;
+        let mut sort = [0, 0, 1, 2][damage.below(4)];
+        let mut hit = Hit { frame: 0, way: Way::In, sort, near: 0 };
+        if sort == 2 && damage.below(4) == 0 && tick - self.near[j] > NEAR_EVERY {
+            let window = 4 * tight[j] as usize;
+            let near = damage.below(2 * window + 1) as i32 - window as i32;
+            (self.near[j], hit.sort, hit.near) = (tick, NEAR, if near == 0 { 1 } else { near });
+        }
+        self.taps[j].borrow_mut().hit = Some(hit);
+        sort = [0, 0, 1, 2][damage.below(4)];
+        if tick.is_multiple_of(3) {
+            let frame = damage.below(2);
+            let hit = Hit { frame, way: Way::In, sort, near: 0 };
+            self.taps[ADC].borrow_mut().hit = Some(hit);
+        }
+        if tick.is_multiple_of(4) {
+            let out = sort != 2 && damage.below(2) == 0;
+            let (frame, way) = (damage.below(5), if out { Way::Out } else { Way::In });
+            self.taps[DAC].borrow_mut().hit = Some(Hit { frame, way, sort, near: 0 });
+        }
+    }
+
+    /// The path, or the way back along it.
+    fn next_path(&self) -> Trajectory {
+        let Trajectory { origin_q6, amplitude_q5, .. } = self.lift;
+        if !self.down {
+            return self.lift;
+        }
+        Trajectory {
+            origin_q6: std::array::from_fn(|j| {
+                origin_q6[j].wrapping_add_signed(2 * amplitude_q5[j])
+            }),
+            amplitude_q5: amplitude_q5.map(|a| -a),
+            ..self.lift
+        }
+    }
+
+    fn judge_encoder(&self, j: usize, used: bool, tally: &mut Tally, tight: &[u32; JOINTS]) {
+        let layout = Layout::new(REFERENCE.encoders[j].bits).expect("a width that a head has");
+        let tap = self.taps[j].borrow();
+        let decode = |bytes: &[u8]| layout.decode(bytes.try_into().expect("a whole frame")).ok();
+        let sent = decode(&tap.sent).expect("as a head sends it");
+        // A joint whose frame is damaged is where the model has it, or where the frame says, if that can be.
+        let off = self.rig.last.code[j].abs_diff(sent.position);
+        tally.off_counts[j] = tally.off_counts[j].max(off);
+        assert!(off <= tight[j], "joint {j} is {off} counts from where it is");
+        let Some((hit, (_, after))) = tap.hit.zip(tap.changed.as_ref()) else { return };
+        let fate = &mut tally.fates[0][hit.sort];
+        fate.frames += 1;
+        let passed = decode(after).is_some_and(|word| word != sent);
+        fate.passed += u64::from(passed);
+        fate.used += u64::from(passed && used);
+        assert!(hit.sort > 1 || !passed && !used, "{hit:?} of encoder {j} is used");
+    }
+
+    fn judge_adc(&self, used: bool, tally: &mut Tally) {
+        let tap = self.taps[ADC].borrow();
+        let decode = |bytes: &[u8]| ads131m04::decode(bytes.try_into().expect("a frame")).ok();
+        let newest = decode(&tap.sent).expect("as the converter sends it");
+        let right = self.rig.last.adc == newest.codes;
+        let Some((hit, (before, after))) = tap.hit.zip(tap.changed.as_ref()) else {
+            assert!(!used || right);
+            return;
+        };
+        let fate = &mut tally.fates[1][hit.sort];
+        fate.frames += 1;
+        let passed = decode(after).is_some_and(|frame| Some(frame) != decode(before));
+        fate.passed += u64::from(passed);
+        fate.used += u64::from(used && !right);
+        assert!(hit.sort > 1 || !passed && (!used || right), "{hit:?} of the converter is used");
+    }
+
+    fn judge_dac(&self, used: bool, tally: &mut Tally) {
+        let tap = self.taps[DAC].borrow();
+        let Some((hit, (before, after))) = tap.hit.zip(tap.changed.as_ref()) else { return };
+        let fate = &mut tally.fates[2][hit.sort];
+        fate.frames += 1;
+        let word = |bytes: &[u8]| u32::from_be_bytes(bytes.try_into().expect("a frame"));
+        let changed = word(before) ^ word(after);
+        let passed = dac81404::Answer::from_bytes(word(after).to_be_bytes()).is_some();
+        fate.passed += u64::from(passed);
+        fate.used += u64::from(passed && used);
+        // An echo's R/W bit and its CRC say nothing that is not known.
+        let harmless = hit.way == Way::In && hit.frame > 0 && changed & 0x7FFF_FF00 == 0;
+        // A request for the status is answered in the next tick.
+        let later = hit.way == Way::Out && hit.frame == 4;
+        assert!(!used || harmless || later || hit.sort > 1, "{hit:?} of the DAC is used");
+        assert!(hit.sort > 1 || !passed, "{hit:?} of the DAC passes");
+    }
+
+    fn judge_arm(&self, tally: &mut Tally) {
+        let record = &self.rig.last;
+        if record.mode != Mode::Moving as u8 {
+            return;
+        }
+        let all = self.lift.duration_ticks;
+        let tick = if self.down { all - record.phase } else { record.phase };
+        let wanted = self.path.tip(&self.path.at(f64::from(tick) / 2_000.0)).position_m;
+        let tip = self.rig.plant.tip().position_m;
+        let off = tip.iter().zip(wanted).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
+        tally.off_path_m = tally.off_path_m.max(off);
+    }
+}
+
+impl Tap {
+    fn pass(&mut self, device: usize, way: Way, bytes: &mut [u8], damage: &RefCell<Damage>) {
+        let frame = &mut self.frames[way as usize];
+        let number = *frame;
+        *frame += 1;
+        if way == Way::In {
+            self.sent = bytes.to_vec();
+        }
+        let Some(hit) = self.hit.filter(|hit| (hit.frame, hit.way) == (number, way)) else {
+            return;
+        };
+        let before = bytes.to_vec();
+        if hit.sort == NEAR {
+            shift(REFERENCE.encoders[device].bits, hit.near, bytes);
+        } else {
+            let kind = match device {
+                ADC => Device::Adc,
+                DAC => Device::Dac,
+                j => Device::Encoder(REFERENCE.encoders[j].bits),
+            };
+            damage.borrow_mut().inflict(SORTS[hit.sort], kind, bytes);
+        }
+        self.changed = Some((before, bytes.to_vec()));
+    }
+}
+
+/// Gives an encoder's frame a position this far away, and the check sum that fits.
+fn shift(bits: u32, counts: i32, bytes: &mut [u8]) {
+    let layout = Layout::new(bits).expect("a width that a head has");
+    let frame: &mut [u8; biss_c::FRAME_BYTES] = bytes.try_into().expect("a whole frame");
+    let word = layout.decode(frame).expect("as a head sends it");
+    let position = word.position.wrapping_add_signed(counts);
+    *frame = layout.encode(Word { position, ..word });
+}
