@@ -16,6 +16,7 @@ use hil_sim::scenario::Scenario;
 use shared::arm::{JOINTS, REFERENCE};
 use shared::command::{Command, Trajectory};
 use shared::fault::{Fault, Mode};
+use shared::telemetry::PATH_RATE_ONE;
 use shared::wire::biss_c::{Layout, Word};
 use shared::wire::{ads131m04, biss_c, dac81404};
 
@@ -25,6 +26,9 @@ use crate::rig::{Rig, Way};
 /// Index of the torque converter and of the DAC among the devices.
 const ADC: usize = JOINTS;
 const DAC: usize = JOINTS + 1;
+const TICK_HZ: f64 = 2_000.0;
+/// A stop is over after 150 ms, 100 ms for the brakes and 50 ms of torque; the rest is time to see that it stays so.
+const STOP_TICKS: u32 = 1_000;
 /// Ticks between two near positions of an encoder, at least: three in ten ticks are a reason to stop.
 const NEAR_EVERY: u64 = 12;
 
@@ -96,7 +100,14 @@ struct Running {
     down: bool,
     /// Codes that the DAC was told last with success.
     acting: [u16; JOINTS],
+    /// When an encoder had a near position last.
     near: [u64; JOINTS],
+    /// Codes of the last two ticks.
+    codes: [[u32; 2]; JOINTS],
+    /// Loss buckets of the encoders.
+    levels: [u8; JOINTS],
+    /// Ticks along the path.
+    phase: f64,
 }
 
 /// Damages `count` frames, as many as it takes of ticks.
@@ -111,8 +122,11 @@ pub fn run(seed: u64, count: u64) -> Tally {
     thresholds.set(&config_of(&scenario));
     while tally.frames() < count {
         let mut running = Running::new(&scenario, &damage);
-        while tally.frames() < count && running.goes_on(&mut tally) {
-            running.tick(&damage, &mut tally, &thresholds.encoder.tight);
+        while tally.frames() < count && running.goes_on() {
+            running.tick(&damage, &mut tally, &thresholds);
+        }
+        if !running.goes_on() {
+            running.see_stop(&mut tally);
         }
     }
     tally
@@ -134,23 +148,31 @@ impl Running {
             *line.tamper.borrow_mut() = Some(Box::new(pass));
         }
         let lift = path.command(&REFERENCE);
-        let acting = rig.last.dac;
-        Self { rig, taps, path, lift, down: true, acting, near: [0; JOINTS] }
-    }
-
-    /// Whether the arm has not been stopped; one that has is not judged any further.
-    fn goes_on(&self, tally: &mut Tally) -> bool {
-        let record = &self.rig.last;
-        let moves = [Mode::Holding, Mode::Moving].iter().any(|mode| record.mode == *mode as u8);
-        if !moves {
-            tally.stops.extend(Fault::from_number(record.fault));
+        let before = rig.last.code;
+        rig.tick(None);
+        Self {
+            acting: rig.last.dac,
+            codes: std::array::from_fn(|j| [rig.last.code[j], before[j]]),
+            rig,
+            taps,
+            path,
+            lift,
+            down: true,
+            near: [0; JOINTS],
+            levels: [0; JOINTS],
+            phase: 0.0,
         }
-        moves
     }
 
-    fn tick(&mut self, damage: &RefCell<Damage>, tally: &mut Tally, tight: &[u32; JOINTS]) {
+    /// Whether the arm has not been stopped.
+    fn goes_on(&self) -> bool {
+        let mode = self.rig.last.mode;
+        mode == Mode::Holding as u8 || mode == Mode::Moving as u8
+    }
+
+    fn tick(&mut self, damage: &RefCell<Damage>, tally: &mut Tally, limits: &Thresholds) {
         tally.ticks += 1;
-        self.aim(damage, tally.ticks, tight);
+        self.aim(damage, tally.ticks, limits);
         let turns = self.rig.last.mode == Mode::Holding as u8;
         self.down ^= turns;
         let command = turns.then(|| Command::Start(self.next_path()));
@@ -166,7 +188,7 @@ impl Running {
         let told = acting.map(|code| (f64::from(code) - 32_768.0) / 32_768.0);
         assert!(given.iter().zip(told).all(|(a, b)| (a - b).abs() < 1e-12), "{given:?} {told:?}");
         for j in 0..JOINTS {
-            self.judge_encoder(j, used(j), tally, tight);
+            self.judge_encoder(j, used(j), tally, limits);
         }
         self.judge_adc(used(ADC), tally);
         self.judge_dac(used(DAC), tally);
@@ -174,14 +196,16 @@ impl Running {
     }
 
     /// Chooses the frames to be hit in the coming tick.
-    fn aim(&mut self, damage: &RefCell<Damage>, tick: u64, tight: &[u32; JOINTS]) {
+    fn aim(&mut self, damage: &RefCell<Damage>, tick: u64, limits: &Thresholds) {
         let mut damage = damage.borrow_mut();
         self.taps.iter().for_each(|tap| tap.replace(Tap::default()).frames = [0; 2]);
         let j = (tick % 4) as usize;
         let mut sort = [0, 0, 1, 2][damage.below(4)];
         let mut hit = Hit { frame: 0, way: Way::In, sort, near: 0 };
         if sort == 2 && damage.below(4) == 0 && tick - self.near[j] > NEAR_EVERY {
-            let window = 4 * tight[j] as usize;
+            // As near as a window that is tight, or as one that is wide.
+            let window =
+                2 * [limits.encoder.tight, limits.encoder.wide][damage.below(2)][j] as usize;
             let near = damage.below(2 * window + 1) as i32 - window as i32;
             (self.near[j], hit.sort, hit.near) = (tick, NEAR, if near == 0 { 1 } else { near });
         }
@@ -214,15 +238,26 @@ impl Running {
         }
     }
 
-    fn judge_encoder(&self, j: usize, used: bool, tally: &mut Tally, tight: &[u32; JOINTS]) {
+    fn judge_encoder(&mut self, j: usize, used: bool, tally: &mut Tally, limits: &Thresholds) {
         let layout = Layout::new(REFERENCE.encoders[j].bits).expect("a width that a head has");
         let tap = self.taps[j].borrow();
         let decode = |bytes: &[u8]| layout.decode(bytes.try_into().expect("a whole frame")).ok();
         let sent = decode(&tap.sent).expect("as a head sends it");
-        // A joint whose frame is damaged is where the model has it, or where the frame says, if that can be.
-        let off = self.rig.last.code[j].abs_diff(sent.position);
+        let code = self.rig.last.code[j];
+        let off = code.abs_diff(sent.position);
         tally.off_counts[j] = tally.off_counts[j].max(off);
-        assert!(off <= tight[j], "joint {j} is {off} counts from where it is");
+        // No step differs from the one before by more than a joint can be accelerated, in the ticks since the last
+        // sample that was used.
+        let [before, first] = self.codes[j];
+        let bend = code.wrapping_sub(before).wrapping_sub(before.wrapping_sub(first)) as i32;
+        let ticks = 1 + u32::from(self.levels[j]) / 2;
+        let window = limits.encoder.wide[j] * ticks * ticks;
+        // Where that stops the arm, the model alone says where the joint is.
+        let fits = !used || !self.goes_on() || bend.unsigned_abs() <= window;
+        assert!(fits, "joint {j}: {bend} counts, at most {window}");
+        self.codes[j] = [code, before];
+        let level = self.levels[j];
+        self.levels[j] = if used { level.saturating_sub(1) } else { (level + 2).min(6) };
         let Some((hit, (_, after))) = tap.hit.zip(tap.changed.as_ref()) else { return };
         let fate = &mut tally.fates[0][hit.sort];
         fate.frames += 1;
@@ -267,17 +302,35 @@ impl Running {
         assert!(hit.sort > 1 || !passed, "{hit:?} of the DAC passes");
     }
 
-    fn judge_arm(&self, tally: &mut Tally) {
+    /// Compares the tip with its path, along which a stop goes on at a falling rate.
+    fn judge_arm(&mut self, tally: &mut Tally) {
         let record = &self.rig.last;
-        if record.mode != Mode::Moving as u8 {
-            return;
+        match Mode::from_number(record.mode) {
+            Some(Mode::Moving) => self.phase = f64::from(record.phase),
+            Some(Mode::Stopping) => {
+                self.phase += f64::from(record.path_rate) / f64::from(PATH_RATE_ONE);
+            }
+            _ => {}
         }
-        let all = self.lift.duration_ticks;
-        let tick = if self.down { all - record.phase } else { record.phase };
-        let wanted = self.path.tip(&self.path.at(f64::from(tick) / 2_000.0)).position_m;
+        let all = f64::from(self.lift.duration_ticks);
+        let tick = if self.down { all - self.phase } else { self.phase };
+        let wanted = self.path.tip(&self.path.at(tick / TICK_HZ)).position_m;
         let tip = self.rig.plant.tip().position_m;
         let off = tip.iter().zip(wanted).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
         tally.off_path_m = tally.off_path_m.max(off);
+    }
+
+    /// Sees a stop to its end, on a bus that is sound again.
+    fn see_stop(&mut self, tally: &mut Tally) {
+        self.rig.devices.iter().for_each(|line| *line.tamper.borrow_mut() = None);
+        for _ in 0..STOP_TICKS {
+            self.judge_arm(tally);
+            self.rig.tick(None);
+        }
+        let record = self.rig.last;
+        tally.stops.extend(Fault::from_number(record.fault));
+        assert_eq!(record.mode, Mode::Latched as u8, "{record:?}");
+        assert!(!self.rig.is_live() && self.rig.plant.qd() == [0.0; JOINTS]);
     }
 }
 
