@@ -29,8 +29,8 @@ const DAC: usize = JOINTS + 1;
 const TICK_HZ: f64 = 2_000.0;
 /// A stop is over after 150 ms, 100 ms for the brakes and 50 ms of torque; the rest is time to see that it stays so.
 const STOP_TICKS: u32 = 1_000;
-/// Ticks between two near positions of an encoder, at least: three in ten ticks are a reason to stop.
-const NEAR_EVERY: u64 = 12;
+/// Ticks between two near positions, at least. Nobody but an attacker on the bus sends them more often.
+const NEAR_EVERY: u64 = 200;
 
 /// What became of damaged frames of one sort.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -101,7 +101,7 @@ struct Running {
     /// Codes that the DAC was told last with success.
     acting: [u16; JOINTS],
     /// When an encoder had a near position last.
-    near: [u64; JOINTS],
+    near: u64,
     /// Codes of the last two ticks.
     codes: [[u32; 2]; JOINTS],
     /// Loss buckets of the encoders.
@@ -158,7 +158,7 @@ impl Running {
             path,
             lift,
             down: true,
-            near: [0; JOINTS],
+            near: 0,
             levels: [0; JOINTS],
             phase: 0.0,
         }
@@ -202,12 +202,12 @@ impl Running {
         let j = (tick % 4) as usize;
         let mut sort = [0, 0, 1, 2][damage.below(4)];
         let mut hit = Hit { frame: 0, way: Way::In, sort, near: 0 };
-        if sort == 2 && damage.below(4) == 0 && tick - self.near[j] > NEAR_EVERY {
+        if sort == 2 && damage.below(4) == 0 && tick - self.near > NEAR_EVERY {
             // As near as a window that is tight, or as one that is wide.
             let window =
                 2 * [limits.encoder.tight, limits.encoder.wide][damage.below(2)][j] as usize;
             let near = damage.below(2 * window + 1) as i32 - window as i32;
-            (self.near[j], hit.sort, hit.near) = (tick, NEAR, if near == 0 { 1 } else { near });
+            (self.near, hit.sort, hit.near) = (tick, NEAR, if near == 0 { 1 } else { near });
         }
         self.taps[j].borrow_mut().hit = Some(hit);
         sort = [0, 0, 1, 2][damage.below(4)];
