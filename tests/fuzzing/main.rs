@@ -1,7 +1,9 @@
 //! Whatever comes in: decoders, operator link and scenario parser take what is right and nothing else.
 
+mod bus;
+
 use proptest::prelude::*;
-use tests::fuzz::{self, damage, running, storm};
+use tests::fuzz::{self, storm};
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(512))]
@@ -43,26 +45,4 @@ fn a_million_mutated_frames_have_no_effect_and_no_stop_is_missed() {
     assert!([length, damaged, version, kind, reserved, bad_code].iter().all(|n| *n > 1_000));
     assert_eq!((no_session, stale), (0, tally.stale));
     assert!(tally.stops > COUNT / 100, "the new CRC makes stops as well");
-}
-
-#[test]
-fn a_million_damaged_frames_on_the_bus_move_neither_a_position_nor_the_arm() {
-    let tally = running::run(1, 1_000_000);
-    println!("{tally:#?}");
-}
-
-#[test]
-fn what_the_check_sums_let_through() {
-    use damage::{Device, Sort, taken};
-    for device in [Device::Encoder(26), Device::Encoder(32), Device::Adc, Device::Dac] {
-        for sort in [Sort::Flips, Sort::Burst, Sort::Any] {
-            let count = if sort == Sort::Any { 4_000_000 } else { 500_000 };
-            let t = std::time::Instant::now();
-            println!(
-                "{device:?} {sort:?} {} of {count} {:?}",
-                taken(sort, device, count, 1),
-                t.elapsed()
-            );
-        }
-    }
 }

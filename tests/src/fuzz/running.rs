@@ -66,7 +66,8 @@ impl Tally {
 }
 
 const SORTS: [Sort; 4] = [Sort::Flips, Sort::Burst, Sort::Any, Sort::Any];
-const NEAR: usize = 3;
+/// Index of the fate of positions near the right one.
+pub const NEAR: usize = 3;
 
 /// One frame to be damaged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
