@@ -10,7 +10,6 @@ use firmware::controller::Core;
 use firmware::evidence::Recorder;
 use firmware::executive::{Executive, Retained, TickInput};
 use firmware::link::{Access, Station};
-use heapless::spsc::Queue;
 use shared::arm::{Arm, JOINTS, REFERENCE};
 use shared::evidence::Image;
 use shared::pil::Release;
@@ -101,7 +100,7 @@ pub fn kept_of(scenario: &Scenario) -> Kept {
 /// Who may command the boards of this harness, and their boots before power-up.
 pub const ACCESS: Access = Access { key: KEY, boots: 0 };
 
-/// The firmware library wired to a bench, with its telemetry queue and its end of the operator link.
+/// The firmware library wired to a bench, with its end of the operator link.
 pub struct Software<'m> {
     executive: Executive<
         'm,
@@ -111,7 +110,6 @@ pub struct Software<'m> {
     >,
     station: Station,
     line: Line,
-    queue: Queue<Record, 4>,
     recorder: Recorder,
     evidence: Box<Image>,
 }
@@ -129,13 +127,13 @@ impl<'m> Software<'m> {
     ) -> Result<Self, RunError> {
         let Kept { config, crc } = kept.into();
         let mut executive = Executive::new(bench::wire(bench), core);
-        executive.configure(&config, crc, retained).map_err(RunError::Config)?;
+        executive.configure(&config, crc, &retained).map_err(RunError::Config)?;
         let mut evidence: Box<Image> = Box::new(bytemuck::zeroed());
         let (recorder, _) = Recorder::new(&mut evidence, config.tick_hz);
         let access = Access { boots: ACCESS.boots.wrapping_add(evidence.boots), ..ACCESS };
         let (mut station, line) = (Station::new(), Line::default());
         station.configure(&config, &access);
-        Ok(Self { executive, station, line, queue: Queue::new(), recorder, evidence })
+        Ok(Self { executive, station, line, recorder, evidence })
     }
 
     /// What is kept of the run so far.
@@ -154,11 +152,10 @@ impl Controller for Software<'_> {
 
     fn tick(&mut self, release: &Release) -> Result<Record, Infallible> {
         for poke in &release.pokes {
-            poke.apply(self.executive.memory().as_bytes_mut());
+            poke.apply(self.executive.memory().as_words_mut());
         }
         self.line.deliver(release.link());
         self.station.serve(&mut self.line, &*self.evidence);
-        let (mut records, mut idle) = self.queue.split();
         let served = self.station.served();
         let input = TickInput {
             order: served.order(),
@@ -167,8 +164,7 @@ impl Controller for Software<'_> {
             spent: release.spent,
             conversions: release.conversions,
         };
-        self.executive.tick(&input, &mut records);
-        let record = idle.dequeue().unwrap_or_default();
+        let record = *self.executive.tick(&input);
         self.recorder.note(&mut self.evidence, &record);
         self.station.taken(record.refusal);
         self.station.note(&record);

@@ -4,6 +4,8 @@
 //! happen and closes the tick with its record. Only a transfer waits for an answer: a byte that is 0 unless the
 //! bus failed, then as many bytes as it sent. Everything is little-endian.
 
+use bytemuck::{Pod, Zeroable};
+
 use crate::arm::JOINTS;
 use crate::link::WIRE_BYTES;
 
@@ -71,82 +73,60 @@ pub const ALL_OFF: [u8; 3 * (1 + 2 * JOINTS)] = {
     messages
 };
 
-/// Size of a release.
-pub const RELEASE_BYTES: usize = 4 + 4 * 3 + POKES * POKE_BYTES + LINK_BYTES;
-
 /// Bytes of the operator link that a release can carry: a heartbeat and a command.
-pub const LINK_BYTES: usize = 2 * WIRE_BYTES;
+pub const LINK_BYTES: usize = (2 * WIRE_BYTES).next_multiple_of(4);
 
-/// Instead of a release: the board answers with [`TAG_STACK`] and ends the emulation.
-pub const QUIT: [u8; RELEASE_BYTES] = [0xFF; RELEASE_BYTES];
-/// Instead of a release: the board passes through its function `halt`, where a debugger can be waiting, and then
-/// waits for the release.
-pub const HALT: [u8; RELEASE_BYTES] = [0xFE; RELEASE_BYTES];
-/// The byte by which these differ from a release, which has 0 there.
-pub const REQUEST: usize = 2;
+/// [`Release::request`]: run a tick.
+pub const RUN: u8 = 0;
+/// Instead: answer with [`TAG_STACK`] and end the emulation.
+pub const QUIT: u8 = 1;
+/// Instead: pass through the function `halt`, where a debugger can be waiting, and then wait for the next release.
+pub const HALT: u8 = 2;
 
 /// Pokes that a release can carry.
 pub const POKES: usize = 2;
 
-const POKE_BYTES: usize = 8;
-
-/// What a poke does to its word.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[repr(u8)]
-pub enum Change {
-    /// Flips the bits that the value has set.
-    #[default]
-    Xor = 0,
-    /// Puts the value in the word's place.
-    Set = 1,
-}
-
 /// A word of the controller's memory that a fault changes before the tick; the default changes nothing.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct Poke {
     /// First byte of the word in the memory image.
-    pub offset: u16,
-    /// What is done to it.
-    pub change: Change,
-    /// Bits to flip, or the new word.
-    pub value: u32,
+    pub offset: u32,
+    /// Bits that become 0 first.
+    pub clear: u32,
+    /// Bits that flip then.
+    pub flip: u32,
 }
 
 impl Poke {
-    /// Changes nothing.
-    pub const NONE: Self = Self { offset: 0, change: Change::Xor, value: 0 };
+    /// Flips `bits`.
+    pub fn flip(offset: usize, bits: u32) -> Self {
+        Self { offset: offset as u32, clear: 0, flip: bits }
+    }
+
+    /// Puts `value` in the word's place.
+    pub fn set(offset: usize, value: u32) -> Self {
+        Self { offset: offset as u32, clear: u32::MAX, flip: value }
+    }
 
     /// Changes the word in `image`, if it lies inside.
-    pub fn apply(&self, image: &mut [u8]) {
-        let at = usize::from(self.offset);
-        let Some(word) = image.get_mut(at..at + 4) else { return };
-        for (byte, value) in word.iter_mut().zip(self.value.to_le_bytes()) {
-            *byte = match self.change {
-                Change::Xor => *byte ^ value,
-                Change::Set => value,
-            };
-        }
-    }
-
-    fn to_bytes(self) -> [u8; POKE_BYTES] {
-        let ([a, b], [c, d, e, f]) = (self.offset.to_le_bytes(), self.value.to_le_bytes());
-        [a, b, self.change as u8, 0, c, d, e, f]
-    }
-
-    fn from_bytes([a, b, change, _, c, d, e, f]: [u8; POKE_BYTES]) -> Self {
-        Self {
-            offset: u16::from_le_bytes([a, b]),
-            change: if change == Change::Set as u8 { Change::Set } else { Change::Xor },
-            value: u32::from_le_bytes([c, d, e, f]),
+    pub fn apply(&self, image: &mut [u32]) {
+        if let Some(word) = image.get_mut((self.offset / 4) as usize) {
+            *word = (*word & !self.clear) ^ self.flip;
         }
     }
 }
 
-/// What opens a tick: everything that a tick is told.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What opens a tick: everything that a tick is told. Goes over the wire as it lies in memory.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Release {
+    /// [`RUN`], [`QUIT`] or [`HALT`].
+    pub request: u8,
     /// Levels of the input pins: brake feedbacks in bits 0 to 3, emergency stop contacts in 4 and 5.
     pub levels: u8,
+    /// Bytes of `link` that are in use.
+    pub link_length: u16,
     /// Cycle counter at the tick's start.
     pub cycles: u32,
     /// Cycles that the tick before took.
@@ -157,68 +137,29 @@ pub struct Release {
     pub pokes: [Poke; POKES],
     /// What came on the operator link since the last tick.
     pub link: [u8; LINK_BYTES],
-    /// As many bytes of it.
-    pub link_length: u8,
 }
 
 impl Release {
-    /// All zero: nothing happened.
-    pub const NONE: Self = Self {
-        levels: 0,
-        cycles: 0,
-        spent: 0,
-        conversions: 0,
-        pokes: [Poke::NONE; POKES],
-        link: [0; LINK_BYTES],
-        link_length: 0,
-    };
+    /// Nothing happened.
+    pub const NONE: Self = bytemuck::zeroed();
+
+    /// No tick, but something else of the board.
+    pub fn instead(request: u8) -> Self {
+        Self { request, ..Self::NONE }
+    }
 
     /// Puts bytes on the operator link; what there is no room for is lost.
     pub fn with_link(mut self, bytes: &[u8]) -> Self {
         for (slot, byte) in self.link.iter_mut().zip(bytes) {
             *slot = *byte;
         }
-        self.link_length = bytes.len().min(LINK_BYTES) as u8;
+        self.link_length = bytes.len().min(LINK_BYTES) as u16;
         self
     }
 
     /// What came on the operator link.
     pub fn link(&self) -> &[u8] {
         self.link.get(..usize::from(self.link_length)).unwrap_or(&self.link)
-    }
-
-    /// Encodes: levels, the link's length, 0, 0, the three counts, the pokes, the link's bytes.
-    pub fn to_bytes(&self) -> [u8; RELEASE_BYTES] {
-        let counts = [self.cycles, self.spent, self.conversions].map(u32::to_le_bytes);
-        let pokes = self.pokes.map(Poke::to_bytes);
-        let head = [self.levels, self.link_length, 0, 0];
-        let head = head.into_iter().chain(counts.into_iter().flatten());
-        let all = head.chain(pokes.into_iter().flatten()).chain(self.link);
-        let mut bytes = [0; RELEASE_BYTES];
-        for (slot, byte) in bytes.iter_mut().zip(all) {
-            *slot = byte;
-        }
-        bytes
-    }
-
-    /// Decodes.
-    pub fn from_bytes(bytes: &[u8; RELEASE_BYTES]) -> Self {
-        let [levels, link_length, _, _, a @ ..] = bytes;
-        let [c0, c1, c2, c3, s0, s1, s2, s3, n0, n1, n2, n3, a @ ..] = a;
-        let [p0, p1, p2, p3, p4, p5, p6, p7, a @ ..] = a;
-        let [q0, q1, q2, q3, q4, q5, q6, q7, link @ ..] = a;
-        Self {
-            levels: *levels,
-            cycles: u32::from_le_bytes([*c0, *c1, *c2, *c3]),
-            spent: u32::from_le_bytes([*s0, *s1, *s2, *s3]),
-            conversions: u32::from_le_bytes([*n0, *n1, *n2, *n3]),
-            pokes: [
-                Poke::from_bytes([*p0, *p1, *p2, *p3, *p4, *p5, *p6, *p7]),
-                Poke::from_bytes([*q0, *q1, *q2, *q3, *q4, *q5, *q6, *q7]),
-            ],
-            link: *link,
-            link_length: *link_length,
-        }
     }
 }
 
@@ -233,36 +174,25 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_release_survives_the_wire() {
-        let release = Release {
-            levels: 0x2A,
-            cycles: 0x0102_0304,
-            spent: 0x0506_0708,
-            conversions: 0x090A_0B0C,
-            pokes: [
-                Poke { offset: 0x1234, change: Change::Set, value: 0x7FC0_0000 },
-                Poke { offset: 8, change: Change::Xor, value: 1 << 31 },
-            ],
-            ..Release::default()
-        }
-        .with_link(&[1, 2, 3]);
-        assert_eq!(release.link(), [1, 2, 3]);
-        assert_eq!(Release::from_bytes(&release.to_bytes()), release);
-        let default = Release::default();
-        assert_eq!(Release::from_bytes(&default.to_bytes()), default);
+    fn a_release_carries_as_much_of_the_link_as_there_is_room_for() {
+        assert_eq!(Release::default().with_link(&[1, 2, 3]).link(), [1, 2, 3]);
+        let long = [7; LINK_BYTES + 1];
+        assert_eq!(Release::default().with_link(&long).link(), [7; LINK_BYTES]);
+        let garbled = Release { link_length: u16::MAX, ..Release::NONE };
+        assert_eq!(garbled.link(), [0; LINK_BYTES]);
     }
 
     #[test]
     fn pokes_flip_or_set_a_word_and_stay_inside_the_image() {
-        let mut image = [0xFF; 10];
-        Poke { offset: 4, change: Change::Xor, value: 0x8000_0001 }.apply(&mut image);
-        assert_eq!(image, [0xFF, 0xFF, 0xFF, 0xFF, 0xFE, 0xFF, 0xFF, 0x7F, 0xFF, 0xFF]);
-        Poke { offset: 0, change: Change::Set, value: 0x0403_0201 }.apply(&mut image);
-        assert_eq!(image[..4], [1, 2, 3, 4]);
+        let mut image = [u32::MAX; 3];
+        Poke::flip(4, 0x8000_0001).apply(&mut image);
+        assert_eq!(image, [u32::MAX, 0x7FFF_FFFE, u32::MAX]);
+        Poke::set(0, 0x0403_0201).apply(&mut image);
+        assert_eq!(image[0], 0x0403_0201);
         let before = image;
         Poke::default().apply(&mut image);
-        Poke { offset: 7, change: Change::Set, value: 0 }.apply(&mut image);
-        Poke { offset: u16::MAX, change: Change::Set, value: 0 }.apply(&mut image);
+        Poke::set(12, 0).apply(&mut image);
+        Poke::set(usize::from(u16::MAX), 0).apply(&mut image);
         assert_eq!(image, before);
     }
 }

@@ -52,7 +52,9 @@ fn every_exit_has_its_row() {
 fn motion(config: &Config) -> Motion {
     let scenario = Scenario::load("paper").expect("a shipped scenario");
     let trajectory = hil_sim::path::Path::of(&scenario).command(&REFERENCE);
-    match Planner::new(config).plan(&Command::Start(trajectory), &[0; JOINTS]) {
+    let mut order = Order::Arm;
+    Planner::new(config).plan(&Command::Start(trajectory), &[0; JOINTS], &mut order);
+    match order {
         Order::Start(motion) => motion,
         other => panic!("{other:?}"),
     }
@@ -62,7 +64,7 @@ fn motion(config: &Config) -> Motion {
 fn modes(config: &Config, timing: &Timing) -> Vec<(&'static str, Mode)> {
     let (pose, codes) = ([0; JOINTS], [0; JOINTS]);
     let cause = Cause { finding: Finding::new(Fault::OperatorStop), isolated: 0 };
-    let follower = Follower::from_rest(&timing.pace());
+    let follower = Follower::from_rest(&timing.pace);
     let (line, motion) = (Line::default(), motion(config));
     let boot = |ticks| Mode::Boot { ticks, complaint: Fault::None };
     let arming = |ticks| Mode::Arming { ticks, open: 0, pose, began: pose };
@@ -102,7 +104,7 @@ fn told(name: &str, levels: Levels) -> String {
 fn pins_do_what_their_table_says() {
     let config = Config::default();
     let mut core = Box::new(Core::new());
-    core.configure(&config, config.crc(), Retained::default()).expect("a good configuration");
+    core.configure(&config, config.crc(), &Retained::default()).expect("a good configuration");
     let timing = core.memory().thresholds.timing;
     let modes = modes(&config, &timing);
     let told_of = |code: &ModeCode| modes.iter().any(|(_, mode)| mode.code() == *code);
@@ -119,9 +121,9 @@ fn isolated_joints_lose_torque_and_brake_release() {
     let cause = Cause { finding: Finding::of_joint(Fault::DriveLost, 1), isolated: 0b0010 };
     let mut core = Box::new(Core::new());
     let config = Config::default();
-    core.configure(&config, config.crc(), Retained::default()).expect("a good configuration");
+    core.configure(&config, config.crc(), &Retained::default()).expect("a good configuration");
     let timing = core.memory().thresholds.timing;
-    let follower = Follower::from_rest(&timing.pace());
+    let follower = Follower::from_rest(&timing.pace);
     let stopping = Mode::Stopping { path: Path::Line(Line::default()), follower, cause };
     let hold = Mode::BrakeHold { pose: [0; JOINTS], ticks: 0, closed: 0, cause };
     let bits = |mode: Mode| {

@@ -14,7 +14,7 @@ const DOCUMENT: Document = document!("thresholds.md");
 fn thresholds() -> Thresholds {
     let config = Config::default();
     let mut core = Box::new(Core::new());
-    core.configure(&config, config.crc(), Retained::default()).expect("a good configuration");
+    core.configure(&config, config.crc(), &Retained::default()).expect("a good configuration");
     core.memory().thresholds
 }
 

@@ -14,8 +14,14 @@ fn codes() -> [u32; JOINTS] {
     origin().map(|word| word >> 6)
 }
 
+fn plan_at(command: &Command, codes: &[u32; JOINTS]) -> Order {
+    let mut order = Order::Arm;
+    Planner::new(&Config::default()).plan(command, codes, &mut order);
+    order
+}
+
 pub fn plan(command: &Command) -> Order {
-    Planner::new(&Config::default()).plan(command, &codes())
+    plan_at(command, &codes())
 }
 
 /// The planned motion, if it starts at the start pose.
@@ -98,7 +104,7 @@ fn a_jog_that_could_not_be_stopped_is_refused() {
             let encoder = REFERENCE.encoders[j];
             ((pose[j] - encoder.zero) / encoder.lsb) as u32
         });
-        match Planner::new(&Config::default()).plan(&Command::Jog(speeds), &codes) {
+        match plan_at(&Command::Jog(speeds), &codes) {
             Order::Jog(line) => Ok(line),
             Order::Refused(refusal) => Err(refusal),
             other => panic!("{other:?} for a jog"),

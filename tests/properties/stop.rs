@@ -79,7 +79,8 @@ fn stop(motion: Motion, ticks: u32) -> impl Iterator<Item = SetPoint> {
     let path = Path::Curve(motion);
     let mut follower = Follower::new(Phase { ticks, fraction: 0 }, Rate::FULL, 0, &pace());
     (0..STOP + 10).map(move |_| {
-        let set_point = path.set_point(follower.phase(&pace()), follower.rate(&pace()));
+        let mut set_point = SetPoint::default();
+        path.place(follower.phase(&pace()), follower.rate(&pace()), &mut set_point);
         follower.step();
         set_point
     })

@@ -19,12 +19,15 @@ pub const STAGES: &[Stage] = &[
     ("memory", &["control::memory::"]),
     ("estimate", &["estimator::", "Core::state"]),
     ("monitor", &["control::monitor::", "controller::sample::", "::sample"]),
-    ("trajectory", &["control::path::", "supervisor::follow::", "set_point", "Core::aim"]),
+    (
+        "trajectory",
+        &["control::path::", "supervisor::follow::", "Bump", "Mode>::place", "Core>::aim"],
+    ),
     ("kinematics and dynamics", &["control::dynamics::"]),
     ("law and adaptation", &["control::law::"]),
     ("control", &["controller::control::"]),
     ("supervise", &["controller::decide::", "::supervise", "control::supervisor::"]),
-    ("telemetry", &["Core>::record", "RecordSink"]),
+    ("telemetry", &["Core>::record"]),
     (
         "encode and write",
         &["Dac81404", "firmware::io::", "executive::output::", "controller::record::"],

@@ -6,9 +6,9 @@ use std::rc::Rc;
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::spi::{self, Operation, SpiDevice};
 use firmware::config::Config;
-use firmware::executive::{Executive, RecordSink, Retained, TickInput};
+use firmware::executive::{Executive, Retained, TickInput};
 use firmware::io::{Io, Outputs};
-use firmware::planner::Planner;
+use firmware::planner::{Order, Planner};
 use hil_sim::bench::{self, Bench, Device, Handle, Input, Motion, Output};
 use hil_sim::plant::{Disturbance, FRICTION, Plant, RATIOS, Ratios};
 use shared::arm::{Arm, JOINTS, Q0, REFERENCE};
@@ -90,15 +90,6 @@ impl OutputPin for Tapped<Output> {
     }
 }
 
-struct Last(Record);
-
-impl RecordSink for Last {
-    fn push(&mut self, record: Record) -> bool {
-        self.0 = record;
-        true
-    }
-}
-
 /// The reference arm at rest in its start pose, its bench and the controller, just powered up.
 pub struct Rig {
     /// Chips and pin levels.
@@ -131,7 +122,7 @@ impl Rig {
         let mut controller = Executive::new(io, Box::leak(Box::default()));
         let retained =
             Retained { parked: Some(std::array::from_fn(|j| code(&arm, j))), crash: None };
-        controller.configure(config, config.crc(), retained).expect("a configuration in range");
+        controller.configure(config, config.crc(), &retained).expect("a configuration in range");
         Self {
             plant: Plant::at_rest(&arm, Q0, Disturbance::new(FRICTION, Ratios::Fixed(RATIOS)), 1),
             last: Record::default(),
@@ -155,8 +146,11 @@ impl Rig {
             qd: self.plant.qd(),
             qdd: self.plant.acceleration(&self.torque),
         });
-        let mut sink = Last(self.last);
-        let order = command.map(|command| self.planner.plan(&command, &self.last.code));
+        let order = command.map(|command| {
+            let mut order = Order::Arm;
+            self.planner.plan(&command, &self.last.code, &mut order);
+            order
+        });
         let input = TickInput {
             order: order.as_ref(),
             alive: true,
@@ -164,9 +158,8 @@ impl Rig {
             spent: 2_000,
             conversions: self.bench.borrow().conversions(),
         };
-        self.controller.tick(&input, &mut sink);
+        self.last = *self.controller.tick(&input);
         self.cycles = self.cycles.wrapping_add((168e6 * self.tick_s) as u32);
-        self.last = sink.0;
         let commands = self.bench.borrow().drive_commands();
         self.torque = std::array::from_fn(|j| commands[j] * self.arm.drive_full_scale[j]);
         self.plant.set_brake_release(self.bench.borrow().outputs.brake_release);

@@ -40,7 +40,7 @@ const HALF_PI_LOW: f32 = 4.838_268e-4;
 /// Sine and cosine of an angle within ±64 rad, within 1.5 ulp of 1.
 ///
 /// Cody-Waite reduction to ±pi/4, then the minimax polynomials of Moshier's Cephes library (`sinf.c`).
-#[inline(always)]
+#[inline(never)]
 pub fn sin_cos(x_rad: f32) -> (f32, f32) {
     let shifted = x_rad * FRAC_2_PI + ROUNDER;
     let quadrant = shifted.to_bits();

@@ -49,7 +49,7 @@ impl Coefficients {
     fn set(&mut self, config: &Config) {
         let tick_hz = config.tick_hz as f32;
         let gains = &config.gains;
-        self.dynamics.collect(&config.arm);
+        self.dynamics.collect(&config.arm, &config.arm.payload);
         self.law = law::Coefficients::new(gains, tick_hz);
         self.observer = estimator::Gains::new(gains.observer_rad_s, tick_hz);
         for (j, joint) in config.joints.iter().enumerate() {
@@ -218,9 +218,10 @@ impl Memory {
         if self.agrees() { Health::Restored } else { Health::Unknown }
     }
 
-    /// Everything as bytes, for whoever injects faults.
-    pub fn as_bytes_mut(&mut self) -> &mut [u8] {
-        bytemuck::bytes_of_mut(self)
+    /// Everything in words, for whoever injects faults.
+    pub fn as_words_mut(&mut self) -> &mut [u32] {
+        let words: &mut [u32; size_of::<Self>() / 4] = bytemuck::cast_mut(self);
+        words
     }
 }
 

@@ -13,7 +13,7 @@ use crate::dynamics::Constants;
 use crate::estimator::FRACTION_BITS;
 use crate::law;
 use crate::memory::Gained;
-use crate::path::{DURATION_MAX, Line, Motion, Phase, Rate, Shaped};
+use crate::path::{DURATION_MAX, Line, Motion, Phase, Rate, SetPoint, Shaped};
 
 /// A command as the tick takes it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -102,12 +102,9 @@ impl Planner {
     #[inline(never)]
     pub fn set(&mut self, config: &Config) {
         let safety = &config.safety;
-        let mut arm = config.arm;
-        let payload = Body::payload(safety.rated_payload_kg);
-        if arm.payload.mass_kg < payload.mass_kg {
-            arm.payload = payload;
-        }
-        self.rated.collect(&arm);
+        let (rated, own) = (&Body::payload(safety.rated_payload_kg), &config.arm.payload);
+        let payload = if own.mass_kg < rated.mass_kg { rated } else { own };
+        self.rated.collect(&config.arm, payload);
         for (range, joint) in self.ranges.iter_mut().zip(&config.joints) {
             *range = Range::new(joint, safety.torque_reserve);
         }
@@ -118,24 +115,29 @@ impl Planner {
         self.gains = config.gains;
     }
 
-    /// The order for `command`, given the encoder codes of a moment ago.
+    /// The order for `command`, given the encoder codes of a moment ago; in the place where it is wanted, so that a
+    /// small stack is enough.
     #[inline(never)]
-    pub fn plan(&mut self, command: &Command, codes: &[u32; JOINTS]) -> Order {
+    pub fn plan(&mut self, command: &Command, codes: &[u32; JOINTS], order: &mut Order) {
         let planned = match command {
-            Command::Arm => Ok(Order::Arm),
-            Command::Stop => Ok(Order::Stop),
-            Command::Clear => Ok(Order::Clear),
-            Command::ConfirmPose => Ok(Order::ConfirmPose),
-            Command::Start(trajectory) => self.motion(trajectory).map(Order::Start),
-            Command::Jog(speeds) => self.jog(speeds, codes).map(Order::Jog),
-            Command::SetGain { name, values } => self.set_gain(*name, values).map(Order::SetGains),
+            Command::Arm => put(order, Order::Arm),
+            Command::Stop => put(order, Order::Stop),
+            Command::Clear => put(order, Order::Clear),
+            Command::ConfirmPose => put(order, Order::ConfirmPose),
+            Command::Start(trajectory) => {
+                self.motion(trajectory, order).and_then(|()| self.can_stop(order))
+            }
+            Command::Jog(speeds) => self.jog(speeds, codes).and_then(|()| self.line(speeds, order)),
+            Command::SetGain { name, values } => self.set_gain(*name, values, order),
         };
-        planned.unwrap_or_else(Order::Refused)
+        if let Err(refusal) = planned {
+            *order = Order::Refused(refusal);
+        }
     }
 
     /// The way to the rest pose from the pose at `codes`.
     #[inline(never)]
-    pub fn lower(&self, codes: &[u32; JOINTS]) -> Order {
+    pub fn lower(&self, codes: &[u32; JOINTS], order: &mut Order) {
         let mut amplitude_q5 = [0; JOINTS];
         let mut duration_s = LOWERING_MIN_S;
         let places = self.ranges.iter().zip(codes).zip(&mut amplitude_q5).skip(1);
@@ -154,10 +156,11 @@ impl Planner {
             origin_q6: codes.map(|code| code << FRACTION_BITS),
             amplitude_q5,
         };
-        match NonZeroU32::new(trajectory.duration_ticks).filter(|ticks| *ticks <= DURATION_MAX) {
+        let ticks = NonZeroU32::new(trajectory.duration_ticks).filter(|n| *n <= DURATION_MAX);
+        *order = match ticks {
             Some(ticks) => Order::Lower(self.planned(&trajectory, ticks)),
             None => Order::Refused(Refusal::BadDuration),
-        }
+        };
     }
 
     fn planned(&self, trajectory: &Trajectory, ticks: NonZeroU32) -> Motion {
@@ -165,7 +168,7 @@ impl Planner {
     }
 
     #[inline(never)]
-    fn motion(&self, trajectory: &Trajectory) -> Result<Motion, Refusal> {
+    fn motion(&self, trajectory: &Trajectory, order: &mut Order) -> Result<(), Refusal> {
         let ticks = NonZeroU32::new(trajectory.duration_ticks).ok_or(Refusal::BadDuration)?;
         if ticks > DURATION_MAX {
             return Err(Refusal::BadDuration);
@@ -188,10 +191,18 @@ impl Planner {
         {
             return Err(Refusal::TooFast);
         }
-        if !(0..=PLACES).all(|place| self.stops_at(&motion, place)) {
-            return Err(Refusal::NotStoppable);
+        put(order, Order::Start(motion))
+    }
+
+    /// Whether a motion can be stopped wherever it is.
+    #[inline(never)]
+    fn can_stop(&self, order: &Order) -> Result<(), Refusal> {
+        let Order::Start(motion) = order else { return Ok(()) };
+        if (0..=PLACES).all(|place| self.stops_at(motion, place)) {
+            Ok(())
+        } else {
+            Err(Refusal::NotStoppable)
         }
-        Ok(motion)
     }
 
     /// Whether a stop begun at this place of the motion stays within the torque reserve.
@@ -201,17 +212,19 @@ impl Planner {
         let phase = Phase { ticks, fraction: 0 };
         STOP.iter().all(|&(value, slope)| {
             let rate = Rate { value, slope_per_s: slope * self.stop_per_s };
-            let set_point = motion.set_point_at(phase, rate);
+            let mut at = SetPoint::default();
+            motion.place(phase, rate, &mut at);
             let mut q = JointVector::repeat(0.0);
             for j in 0..JOINTS {
-                q[j] = self.ranges[j].position(set_point.position[j] >> FRACTION_BITS);
+                q[j] = self.ranges[j].position(at.position[j] >> FRACTION_BITS);
             }
-            self.affords(&q, &set_point.velocity.into(), &set_point.acceleration.into())
+            self.affords(&q, &at.velocity.into(), &at.acceleration.into())
         })
     }
 
+    /// Whether a jog at these speeds is possible and can be stopped.
     #[inline(never)]
-    fn jog(&self, speeds: &[f32; JOINTS], codes: &[u32; JOINTS]) -> Result<Line, Refusal> {
+    fn jog(&self, speeds: &[f32; JOINTS], codes: &[u32; JOINTS]) -> Result<(), Refusal> {
         if !speeds.iter().all(|v| v.is_finite()) {
             return Err(Refusal::NotFinite);
         }
@@ -230,12 +243,18 @@ impl Planner {
                 }
             }
         }
+        Ok(())
+    }
+
+    /// The line of a jog.
+    #[inline(never)]
+    fn line(&self, speeds: &[f32; JOINTS], order: &mut Order) -> Result<(), Refusal> {
         let mut line = Line { velocity: *speeds, ..Line::default() };
         for ((slot, v), range) in line.velocity_q8.iter_mut().zip(speeds).zip(&self.ranges) {
             // Word steps of 1/64 count a tick, 8 fractional bits.
             *slot = (v / (range.lsb * self.tick_hz) * 16_384.0) as i32;
         }
-        Ok(line)
+        put(order, Order::Jog(line))
     }
 
     /// Whether the torque of this state leaves the reserve.
@@ -246,7 +265,12 @@ impl Planner {
     }
 
     #[inline(never)]
-    fn set_gain(&mut self, name: u8, values: &[f32; JOINTS]) -> Result<Gained, Refusal> {
+    fn set_gain(
+        &mut self,
+        name: u8,
+        values: &[f32; JOINTS],
+        order: &mut Order,
+    ) -> Result<(), Refusal> {
         let (name, _) = *GainName::ALL.get(usize::from(name)).ok_or(Refusal::UnknownGain)?;
         let mut gains = self.gains;
         let of_pd = matches!(name, GainName::Kp | GainName::Kd);
@@ -267,8 +291,15 @@ impl Planner {
             return Err(Refusal::GainOutOfRange);
         }
         self.gains = gains;
-        Ok(Gained::new(&law::Coefficients::new(&gains, self.tick_hz)))
+        let gained = Gained::new(&law::Coefficients::new(&gains, self.tick_hz));
+        put(order, Order::SetGains(gained))
     }
+}
+
+/// Puts an order where it is wanted.
+fn put(order: &mut Order, planned: Order) -> Result<(), Refusal> {
+    *order = planned;
+    Ok(())
 }
 
 /// `speeds` times a number.

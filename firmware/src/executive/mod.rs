@@ -6,7 +6,6 @@ use control::controller::{ADC, Control, Core};
 use control::monitor::Elapsed;
 use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_hal::spi::SpiDevice;
-use heapless::spsc::Producer;
 use shared::arm::JOINTS;
 use shared::fault::Fault;
 use shared::telemetry::Record;
@@ -21,19 +20,6 @@ use crate::drivers::{Progress, SampleError, encoder};
 use crate::io::Io;
 use crate::memory::Memory;
 use crate::supervisor::Mode;
-
-/// Where a tick leaves its record.
-pub trait RecordSink {
-    /// Takes the record, or returns `false` when full.
-    fn push(&mut self, record: Record) -> bool;
-}
-
-impl RecordSink for Producer<'_, Record> {
-    #[inline(always)]
-    fn push(&mut self, record: Record) -> bool {
-        self.enqueue(record).is_ok()
-    }
-}
 
 /// The controller: its core and the devices that it is wired to.
 pub struct Executive<'m, S, O, I> {
@@ -52,6 +38,8 @@ pub struct Executive<'m, S, O, I> {
     feed: (u32, u32),
     /// Stages that this tick has gone through, four bits each.
     stages: u32,
+    /// What the last tick left.
+    record: Record,
 }
 
 impl<'m, S: SpiDevice, O: OutputPin, I: InputPin> Executive<'m, S, O, I> {
@@ -69,6 +57,7 @@ impl<'m, S: SpiDevice, O: OutputPin, I: InputPin> Executive<'m, S, O, I> {
             fed: false,
             feed: (0, 0),
             stages: 0,
+            record: bytemuck::zeroed(),
         }
     }
 
@@ -82,9 +71,12 @@ impl<'m, S: SpiDevice, O: OutputPin, I: InputPin> Executive<'m, S, O, I> {
         &mut self,
         config: &Config,
         crc: u32,
-        retained: Retained,
+        retained: &Retained,
     ) -> Result<(), ConfigError> {
-        self.layouts = self.core.configure(config, crc, retained)?;
+        self.core.configure(config, crc, retained)?;
+        for (layout, joint) in self.layouts.iter_mut().zip(&config.joints) {
+            *layout = joint.layout();
+        }
         // Toggled every 2 ms (docs/parts.md, external watchdog).
         let interval = config.tick_hz / 500;
         self.feed = (interval, interval);
@@ -112,15 +104,23 @@ impl<'m, S: SpiDevice, O: OutputPin, I: InputPin> Executive<'m, S, O, I> {
     ///
     /// Allocates nothing, has no panic path, loops only over joints and reads no clock.
     #[inline(always)]
-    pub fn tick(&mut self, input: &TickInput<'_>, records: &mut impl RecordSink) {
+    pub fn tick(&mut self, input: &TickInput<'_>) -> &Record {
         let sound = self.core.begin();
         let driven = self.update();
         let (control, codes) = if sound { self.work(input, driven) } else { self.repair() };
-        let record = self.core.record(&control, codes, self.adc.codes(), self.powered);
-        if !records.push(record) {
-            self.core.record_dropped();
-        }
+        self.core.record(&control, codes, self.adc.codes(), self.powered, &mut self.record);
         self.feed_watchdog();
+        &self.record
+    }
+
+    /// What the last tick left.
+    pub fn record(&self) -> &Record {
+        &self.record
+    }
+
+    /// Counts a record that whoever passes it on had no room for.
+    pub fn record_dropped(&mut self) {
+        self.core.record_dropped();
     }
 
     /// What a tick is for, with parameters that can be used.

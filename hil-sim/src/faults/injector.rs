@@ -63,7 +63,7 @@ pub struct Told {
 
 impl Told {
     /// Nothing is wrong.
-    pub const WELL: Self = Self { alive: true, spent: None, pokes: [Poke::NONE; POKES] };
+    pub const WELL: Self = Self { alive: true, spent: None, pokes: [bytemuck::zeroed(); POKES] };
 }
 
 /// All faults of a run.

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use firmware::config::Config;
 use firmware::memory::Memory;
-use shared::pil::{Change, Poke};
+use shared::pil::Poke;
 
 use super::{Injection, Kind, Target};
 
@@ -38,12 +38,11 @@ fn d_hat(j: usize) -> Range<usize> {
 }
 
 fn set(word: &Range<usize>, value: f32) -> Poke {
-    Poke { offset: word.start as u16, change: Change::Set, value: value.to_bits() }
+    Poke::set(word.start, value.to_bits())
 }
 
 fn flip(stretch: &Range<usize>, bit: usize) -> Poke {
-    let offset = stretch.start + 4 * (bit / 32);
-    Poke { offset: offset as u16, change: Change::Xor, value: 1 << (bit % 32) }
+    Poke::flip(stretch.start + 4 * (bit / 32), 1 << (bit % 32))
 }
 
 #[cfg(test)]
@@ -58,7 +57,7 @@ mod tests {
         let mut memory = Memory::zeroed();
         memory.set(&Config::for_arm(&REFERENCE, 2_000));
         if let Some(poke) = poke(&Injection { severity, ..Injection::new(kind, target, 0.0) }) {
-            poke.apply(memory.as_bytes_mut());
+            poke.apply(memory.as_words_mut());
         }
         memory
     }

@@ -198,7 +198,7 @@ impl Emulator {
     /// # Errors
     /// Where it cannot be told or does not end.
     pub fn stop(mut self) -> Result<End, EmulatorError> {
-        self.to_board.write_all(&pil::QUIT)?;
+        self.release(&Release::instead(pil::QUIT))?;
         let stack_bytes = match self.byte()? {
             pil::TAG_STACK => u16::from_le_bytes([self.byte()?, self.byte()?]),
             tag => return Err(self.unexpected(tag)),
@@ -252,12 +252,12 @@ impl Emulator {
     }
 
     pub(super) fn release(&mut self, release: &Release) -> Result<(), EmulatorError> {
-        Ok(self.to_board.write_all(&release.to_bytes())?)
+        Ok(self.to_board.write_all(bytemuck::bytes_of(release))?)
     }
 
     /// Makes the board pass through its function `halt`.
     pub(super) fn halt(&mut self) -> Result<(), EmulatorError> {
-        Ok(self.to_board.write_all(&pil::HALT)?)
+        self.release(&Release::instead(pil::HALT))
     }
 
     /// Serves the bus until the record arrives.

@@ -84,6 +84,7 @@ impl Joint {
 
 impl Joint {
     /// Layout of the encoder's frames; one that fits no frame for a width that validation refuses.
+    #[inline(never)]
     pub fn layout(&self) -> Layout {
         Layout::new(self.encoder_bits).unwrap_or_default()
     }

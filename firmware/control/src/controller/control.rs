@@ -3,12 +3,13 @@
 use shared::arm::JOINTS;
 use shared::fault::{Fault, Limit};
 
-use super::{BACKUP_TICKS, Core, TickInput, Trace, zero};
+use super::{BACKUP_TICKS, Core, TickInput, zero};
 use crate::JointVector;
 use crate::law::{self, State};
 use crate::math::clamp_symmetric;
 use crate::memory::Gained;
 use crate::monitor::Finding;
+use crate::path::Rate;
 use crate::planner::Order;
 use crate::supervisor::Mode;
 
@@ -44,17 +45,18 @@ impl Core {
     /// The torques of this tick.
     #[inline(always)]
     pub fn control(&mut self, input: &TickInput<'_>) -> Control {
-        if let Some(Order::SetGains(gained)) = input.order {
-            self.set_gains(gained);
-        }
+        let gained = match input.order {
+            Some(Order::SetGains(gained)) => Some(gained),
+            _ => None,
+        };
         match &self.mode {
             Mode::Moving(motion) => {
-                self.trace.aim = motion.set_point();
+                motion.place(motion.phase, Rate::FULL, &mut self.trace.aim);
                 self.trace.adapts = true;
             }
             _ => self.aim(),
         }
-        if self.trace.in_control { self.follow() } else { self.rest() }
+        if self.trace.in_control { self.follow(gained) } else { self.rest(gained) }
     }
 
     /// Puts the set-point of any mode where the law finds it.
@@ -63,20 +65,23 @@ impl Core {
     fn aim(&mut self) {
         self.trace.adapts = self.mode.adapts();
         self.trace.isolated = self.mode.isolated();
-        let set_point = self.mode.set_point(&self.memory.thresholds.timing);
-        self.trace.in_control = set_point.is_some();
-        if let Some(set_point) = set_point {
-            self.trace.aim = set_point;
+        let controls = self.mode.place(&self.memory.thresholds.timing, &mut self.trace.aim);
+        if self.trace.in_control && !controls {
+            self.trace.forget();
         }
+        self.trace.in_control = controls;
     }
 
     /// The law at the measured state, limited to what the drives may give.
     #[inline(always)]
-    fn follow(&mut self) -> Control {
+    fn follow(&mut self, gained: Option<&Gained>) -> Control {
         if !self.memory.estimates.is_sound() {
             self.distrust();
         }
         let mut state = self.state();
+        if let Some(gained) = gained {
+            self.set_gains(gained, &state);
+        }
         // Infinity and NaN stay what they are when multiplied by zero.
         let finite = state.e1_dot.sum() * 0.0 == 0.0;
         let far = self.motions.is_far(&self.memory.thresholds.motion, &state.e1);
@@ -128,13 +133,6 @@ impl Core {
         state
     }
 
-    /// The same where it is rarely wanted.
-    #[cold]
-    #[inline(never)]
-    fn rare_state(&self) -> State {
-        self.state()
-    }
-
     /// What the next ticks' monitors compare with.
     #[inline(always)]
     fn remember(&mut self, e1_dot: &JointVector, acceleration: &JointVector, saturated: u8) {
@@ -157,15 +155,17 @@ impl Core {
     /// No torque, and nothing to report of a law.
     #[cold]
     #[inline(never)]
-    fn rest(&mut self) -> Control {
-        let Trace { written, acting, .. } = self.trace;
-        self.trace = Trace::NONE;
-        (self.trace.written, self.trace.acting) = (written, acting);
-        let estimates = self.trace.aim.position.iter_mut().zip(&self.memory.estimates.observers);
-        for (place, observer) in estimates {
-            *place = observer.position;
+    fn rest(&mut self, gained: Option<&Gained>) -> Control {
+        if let Some(gained) = gained {
+            self.memory.gain(gained);
         }
-        Control { qd: self.rare_state().qd, ..Control::none() }
+        let mut control = Control::none();
+        for j in 0..JOINTS {
+            let observer = &self.memory.estimates.observers[j];
+            self.trace.aim.position[j] = observer.position;
+            control.qd[j] = observer.velocity(&self.memory.coefficients.scales[j]);
+        }
+        control
     }
 
     /// Looks into estimates that are far from the set-point or no numbers; whether this tick has to do without the
@@ -220,22 +220,18 @@ impl Core {
         state
     }
 
-    /// Takes new gains; the disturbance estimate takes up what they would change in torque.
+    /// Takes new gains under control; the disturbance estimate takes up what they would change in torque.
     #[cold]
     #[inline(never)]
-    fn set_gains(&mut self, gained: &Gained) {
+    fn set_gains(&mut self, gained: &Gained, state: &State) {
         let before = self.memory.coefficients.law;
         self.memory.gain(gained);
-        self.aim();
-        if self.trace.in_control {
-            let state = self.rare_state();
-            let c = &self.memory.coefficients;
-            let change = c.law.less_than(&before, &state.e1, &state.e1_dot);
-            // Gravity cancels.
-            let torque = |change| c.dynamics.torque(&state.q, &zero(), change);
-            let step = torque(&change) - torque(&zero());
-            let d_hat = law::adapt(&c.law, &self.memory.estimates.d_hat, &step);
-            self.memory.estimates.set_d_hat(d_hat);
-        }
+        let c = &self.memory.coefficients;
+        let change = c.law.less_than(&before, &state.e1, &state.e1_dot);
+        // Gravity cancels.
+        let torque = |change| c.dynamics.torque(&state.q, &zero(), change);
+        let step = torque(&change) - torque(&zero());
+        let d_hat = law::adapt(&c.law, &self.memory.estimates.d_hat, &step);
+        self.memory.estimates.set_d_hat(d_hat);
     }
 }

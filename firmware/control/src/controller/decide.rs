@@ -1,12 +1,12 @@
 //! The supervisor's turn in a tick.
 
-use shared::fault::Fault;
+use shared::fault::{Fault, Refusal};
 
 use super::{Core, TickInput};
 use crate::memory::Health;
 use crate::monitor::Finding;
 use crate::planner::Order;
-use crate::supervisor::{ALL, Brakes, Events, Mode, Timing};
+use crate::supervisor::{ALL, Brakes, Events, Mode};
 
 /// What boot has come to.
 #[derive(Clone, Copy)]
@@ -14,6 +14,11 @@ struct Readiness {
     ready: bool,
     /// What keeps it from ending, if that is known.
     complaint: Fault,
+}
+
+impl Readiness {
+    /// Boot is over, or knows of nothing that keeps it from ending.
+    const NONE: Self = Self { ready: false, complaint: Fault::None };
 }
 
 impl Core {
@@ -33,8 +38,8 @@ impl Core {
         self.judged = self.findings.worst.fault;
         // Nothing to decide is the usual case, and the dearest tick is one of those.
         let quiet = input.order.is_none() && self.judged == Fault::None;
-        let link = self.memory.thresholds.timing.link;
-        !(quiet && self.silence <= link && self.mode.glides())
+        let timing = &self.memory.thresholds.timing;
+        !(quiet && self.silence <= timing.link && self.mode.glides(timing))
     }
 
     /// The mode's turn; `converters` says whether both are configured.
@@ -44,7 +49,7 @@ impl Core {
         let boot = self.readiness(input.order, converters);
         // After a crash no boot has found the pose to be the parked one yet.
         let latched = matches!(self.mode, Mode::Latched { .. }) && self.adc_ready;
-        let refusal = self.with_events(input.order, brakes, boot, Mode::step);
+        let refusal = self.tell(input.order, brakes, Some(boot));
         if input.order.is_some() {
             self.refusal = refusal;
         }
@@ -75,8 +80,7 @@ impl Core {
         if self.judged == Fault::Oscillation {
             (self.trace.soft, self.spoilt) = (true, true);
         }
-        let boot = Readiness { ready: false, complaint: Fault::None };
-        self.with_events(None, Brakes::default(), boot, Mode::react);
+        self.tell(None, Brakes::default(), None);
     }
 
     /// A tick whose parameters' copies differ: one more step towards the good one. No sample is taken, so to the
@@ -92,14 +96,10 @@ impl Core {
         self.rejected = 0;
     }
 
-    /// Tells the mode how things stand.
-    fn with_events<T>(
-        &mut self,
-        order: Option<&Order>,
-        brakes: Brakes,
-        boot: Readiness,
-        tell: impl FnOnce(&mut Mode, &Timing, &Events<'_>) -> T,
-    ) -> T {
+    /// Tells the mode how things stand: at its turn, with how far boot has come, or after it.
+    #[inline(never)]
+    fn tell(&mut self, order: Option<&Order>, brakes: Brakes, boot: Option<Readiness>) -> Refusal {
+        let Readiness { ready, complaint } = boot.unwrap_or(Readiness::NONE);
         let codes = self.codes();
         let memory = &self.memory;
         let events = Events {
@@ -109,13 +109,19 @@ impl Core {
             codes,
             brakes,
             stop_released: !self.contacts.open && !self.contacts.suspect,
-            ready: boot.ready,
-            complaint: boot.complaint,
+            ready,
+            complaint,
             finding: self.findings.worst,
             blind: self.blind,
             silence: self.silence,
         };
-        tell(&mut self.mode, &memory.thresholds.timing, &events)
+        let timing = &memory.thresholds.timing;
+        if boot.is_some() {
+            self.mode.step(timing, &events)
+        } else {
+            self.mode.react(timing, &events);
+            Refusal::None
+        }
     }
 
     #[cold]
@@ -136,7 +142,7 @@ impl Core {
     /// How far boot has come.
     fn readiness(&mut self, order: Option<&Order>, converters: bool) -> Readiness {
         let Mode::Boot { ticks, complaint } = self.mode else {
-            return Readiness { ready: false, complaint: Fault::None };
+            return Readiness::NONE;
         };
         self.pose_confirmed |= matches!(order, Some(Order::ConfirmPose));
         let lossless = self.buckets.iter().all(|bucket| bucket.level() == 0);

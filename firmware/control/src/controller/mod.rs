@@ -11,7 +11,6 @@ mod sample;
 use bytemuck::Zeroable;
 use shared::arm::JOINTS;
 use shared::fault::{Fault, Refusal};
-use shared::wire::biss_c::Layout;
 
 pub use control::Control;
 
@@ -114,6 +113,15 @@ impl Trace {
             loose: 0,
         }
     };
+
+    /// Leaves control; what torques act does not depend on that.
+    #[cold]
+    #[inline(never)]
+    fn forget(&mut self) {
+        let Self { written, acting, .. } = *self;
+        *self = Self::NONE;
+        (self.written, self.acting) = (written, acting);
+    }
 }
 
 /// See the module's documentation. What every tick uses comes first: loads of floats do not reach far.
@@ -202,8 +210,7 @@ impl Core {
     }
 
     /// Takes a configuration with the CRC-32 that it was kept with (`Config::crc`), and what the board kept
-    /// over the loss of power; to be called once, before the first tick. Gives the layouts of the encoders'
-    /// frames.
+    /// over the loss of power; to be called once, before the first tick.
     ///
     /// # Errors
     /// A check sum that does not fit, or the first value of `config` that is out of range; then nothing is
@@ -213,8 +220,8 @@ impl Core {
         &mut self,
         config: &Config,
         crc: u32,
-        retained: Retained,
-    ) -> Result<[Layout; JOINTS], ConfigError> {
+        retained: &Retained,
+    ) -> Result<(), ConfigError> {
         config.check(crc)?;
         config.validate()?;
         self.memory.set(config);
@@ -222,7 +229,7 @@ impl Core {
         if let Some(crash) = retained.crash {
             self.mode = Mode::latched(crash);
         }
-        Ok(config.joints.map(|joint| joint.layout()))
+        Ok(())
     }
 
     /// Parameters, their shadow and the estimates.

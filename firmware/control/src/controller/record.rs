@@ -52,7 +52,8 @@ impl Core {
         dac: [u16; JOINTS],
         adc: [i32; JOINTS],
         powered: u8,
-    ) -> Record {
+        to: &mut Record,
+    ) {
         let d_hat = self.memory.estimates.d_hat;
         let adaptation_bound = self.memory.coefficients.law.at_bound(&d_hat);
         if adaptation_bound != 0 {
@@ -63,7 +64,7 @@ impl Core {
         let finding = if stopped { status.finding } else { self.findings.worst };
         let tick = self.tick;
         self.tick = tick.wrapping_add(1);
-        Record {
+        *to = Record {
             tick,
             mode: status.code as u8,
             refusal: self.refusal as u8,
@@ -86,10 +87,10 @@ impl Core {
             path_rate: status.path_rate,
             irregular: self.clock.irregular,
             bucket: if self.rejected == 0 { 0 } else { self.fullest() },
-        }
+        };
     }
 
-    /// The record found no room.
+    /// Counts a record that found no room.
     #[cold]
     pub fn record_dropped(&mut self) {
         self.dropped = self.dropped.saturating_add(1);

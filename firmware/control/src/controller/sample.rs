@@ -173,7 +173,6 @@ impl Core {
         if self.blind & bit != 0 {
             return false;
         }
-        let loose = self.is_loose();
         let Some(track) = self.tracks.get_mut(j) else { return false };
         if self.seen & bit == 0 {
             self.seen |= bit;
@@ -200,6 +199,8 @@ impl Core {
         if distance.unsigned_abs() <= window(&limits.tight) {
             return true;
         }
+        let loose = self.is_loose();
+        let Some(track) = self.tracks.get_mut(j) else { return false };
         // Where joints need not follow the law, it does not say where to expect them either; what was coasted
         // over since the last believed sample grows with the square of the ticks.
         let ticks = self.buckets.get(j).map_or(1, |bucket| 1 + u32::from(bucket.level()) / 2);

@@ -72,45 +72,38 @@ impl Moments {
         }
     }
 
+    /// Another body joins this one.
     #[inline(never)]
-    fn plus(&self, other: &Self) -> Self {
-        let add = |a: [f32; 3], b: [f32; 3]| [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
-        Self {
-            m: self.m + other.m,
-            first: add(self.first, other.first),
-            square: add(self.square, other.square),
-            product: add(self.product, other.product),
+    fn add(&mut self, other: &Self) {
+        self.m += other.m;
+        for i in 0..3 {
+            self.first[i] += other.first[i];
+            self.square[i] += other.square[i];
+            self.product[i] += other.product[i];
         }
     }
 
-    /// The same body about an origin moved so that every point gains `by`.
+    /// The origin moves so that every point gains `by`.
     #[inline(never)]
-    fn moved(&self, by: [f32; 3]) -> Self {
+    fn shift(&mut self, by: [f32; 3]) {
         let [x, y, z] = self.first;
         let m = self.m;
         let [dx, dy, dz] = by;
-        Self {
-            m,
-            first: [x + m * dx, y + m * dy, z + m * dz],
-            square: [
-                self.square[0] + 2.0 * x * dx + m * dx * dx,
-                self.square[1] + 2.0 * y * dy + m * dy * dy,
-                self.square[2] + 2.0 * z * dz + m * dz * dz,
-            ],
-            product: [
-                self.product[0] + y * dz + z * dy + m * dy * dz,
-                self.product[1] + x * dz + z * dx + m * dx * dz,
-                self.product[2] + x * dy + y * dx + m * dx * dy,
-            ],
+        self.product[0] += y * dz + z * dy + m * dy * dz;
+        self.product[1] += x * dz + z * dx + m * dx * dz;
+        self.product[2] += x * dy + y * dx + m * dx * dy;
+        for ((square, first), by) in self.square.iter_mut().zip(&mut self.first).zip(by) {
+            *square += 2.0 * *first * by + m * by * by;
+            *first += m * by;
         }
     }
 
     /// Telescope frame to forearm axes: (x, y, z) -> (-x, -z, -y), from rows 3 and 4 of the MDH table.
-    fn in_forearm_axes(&self) -> Self {
+    fn turn_to_forearm(&mut self) {
         let [x, y, z] = self.first;
         let [xx, yy, zz] = self.square;
         let [yz, xz, xy] = self.product;
-        Self { m: self.m, first: [-x, -z, -y], square: [xx, zz, yy], product: [yz, xy, xz] }
+        (self.first, self.square, self.product) = ([-x, -z, -y], [xx, zz, yy], [yz, xy, xz]);
     }
 }
 
@@ -118,27 +111,31 @@ impl Constants {
     /// The constants of `arm`.
     pub fn new(arm: &ArmModel) -> Self {
         let mut constants = Self::zeroed();
-        constants.collect(arm);
+        constants.collect(arm, &arm.payload);
         constants
     }
 
-    /// Collects the constants of `arm`, payload included.
-    pub fn collect(&mut self, arm: &ArmModel) {
+    /// Collects the constants of `arm` with this payload in place of its own.
+    #[inline(never)]
+    pub fn collect(&mut self, arm: &ArmModel, payload: &Body) {
         let g = &arm.geometry;
         let [column, boom, forearm, telescope] = &arm.links;
-        let column = Moments::of(column);
+        let column_izz = {
+            let column = Moments::of(column);
+            column.square[0] + column.square[1]
+        };
+        let mut telescope = Moments::of(telescope);
+        telescope.add(&Moments::of(payload));
+        telescope.turn_to_forearm();
+        telescope.shift([g.a3_m, 0.0, g.d3_m]);
+        let mut outer = Moments::of(forearm);
+        outer.shift([0.0, 0.0, g.d3_m]);
+        outer.add(&telescope);
         let boom = Moments::of(boom);
-        let telescope = Moments::of(telescope)
-            .plus(&Moments::of(&arm.payload))
-            .in_forearm_axes()
-            .moved([g.a3_m, 0.0, g.d3_m]);
-        let forearm = Moments::of(forearm).moved([0.0, 0.0, g.d3_m]);
-        let outer = forearm.plus(&telescope);
 
         let beta = boom.first[0] + outer.m * g.a2_m;
         let along = boom.square[0] + outer.m * g.a2_m * g.a2_m;
         let across = boom.square[1];
-        let column_izz = column.square[0] + column.square[1];
         let lateral = boom.square[2] + outer.square[2];
         let j0 = column_izz + lateral + (boom.m + outer.m) * g.a1_m * g.a1_m + along;
         *self = Self {

@@ -36,9 +36,12 @@ pub fn hmac(key: &Key, message: &[u8]) -> Key {
 #[inline(never)]
 fn half(key: &Key, pad: u8, message: &[u8]) -> Key {
     let mut state = INITIAL;
-    let mut block = [pad; BLOCK];
+    let mut block = [0; BLOCK];
     for (slot, byte) in block.iter_mut().zip(key) {
-        *slot ^= byte;
+        *slot = *byte;
+    }
+    for byte in &mut block {
+        *byte ^= pad;
     }
     compress256(&mut state, core::slice::from_ref(&block));
     block.fill(0);

@@ -227,11 +227,11 @@ impl Station {
         let frame = self.receiver.frame();
         self.asked = Some((frame.kind, frame.counter));
         let locked = *command == Command::Arm && self.sessions.has_default_key();
-        self.served.order = if locked {
-            Order::Refused(Refusal::DefaultKey)
+        if locked {
+            self.served.order = Order::Refused(Refusal::DefaultKey);
         } else {
-            self.planner.plan(command, &self.state.code)
-        };
+            self.planner.plan(command, &self.state.code, &mut self.served.order);
+        }
         self.served.ordered = true;
     }
 
@@ -312,7 +312,7 @@ impl Station {
     fn lower(&mut self) {
         let waits = self.state.mode == Mode::Lowering as u8 && self.state.path_rate == 0;
         if waits && !self.served.ordered {
-            self.served.order = self.planner.lower(&self.state.code);
+            self.planner.lower(&self.state.code, &mut self.served.order);
             self.served.ordered = true;
         }
     }

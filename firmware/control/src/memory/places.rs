@@ -15,7 +15,7 @@ const fn stretch<T>(offset: usize) -> Range<usize> {
     offset..offset + size_of::<T>()
 }
 
-/// Stretches of [`Memory::as_bytes_mut`], in 32-bit words.
+/// Stretches of the memory image, bytes; each begins and ends with a word.
 impl Memory {
     /// Which law runs, and its gains.
     pub const GAINS: Range<usize> =
@@ -56,7 +56,8 @@ mod tests {
     #[test]
     fn stretches_hold_what_they_are_named_after() {
         let mut memory = Memory::zeroed();
-        let mut poke = |stretch: Range<usize>| memory.as_bytes_mut()[stretch].fill(0x55);
+        let mut poke =
+            |stretch: Range<usize>| bytemuck::bytes_of_mut(&mut memory)[stretch].fill(0x55);
         poke(Memory::LIMITS);
         poke(Memory::D_HAT);
         poke(Memory::position(2));

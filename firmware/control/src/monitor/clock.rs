@@ -35,19 +35,19 @@ const DRIFT: f32 = 0.01;
 impl ClockLimits {
     /// For a validated configuration.
     #[inline(never)]
-    pub fn new(config: &Config) -> Self {
+    pub fn set(&mut self, config: &Config) {
         let safety = &config.safety;
         let tick_hz = config.tick_hz as f32;
         let clock_hz = safety.clock_hz as f32;
         let period = clock_hz / tick_hz;
-        Self {
+        *self = Self {
             period: period as u32,
             jitter: (period * JITTER) as u32,
             per_cycle: 1.0 / period,
             budget: (period * safety.budget) as u32,
             window: (clock_hz * WINDOW_S) as u32,
             conversions: safety.conversions_hz / clock_hz,
-        }
+        };
     }
 }
 

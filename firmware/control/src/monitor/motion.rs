@@ -33,26 +33,21 @@ pub struct MotionLimits {
 impl MotionLimits {
     /// For a validated configuration.
     #[inline(never)]
-    pub fn new(config: &Config) -> Self {
-        let safety = &config.safety;
-        let mut limits = Self {
-            lowest: [0; JOINTS],
-            span: [0; JOINTS],
-            speed: config.joints.map(|j| j.qd_max * safety.overspeed),
-            tracking: safety.tracking,
-            lasting: (safety.tracking_s * config.tick_hz as f32) as u32,
-            window: safety.error_window,
-            swing: safety.swing,
-            period: (SWING_S * config.tick_hz as f32) as u32,
-        };
-        for (j, (joint, over)) in config.joints.iter().zip(safety.overtravel).enumerate() {
+    pub fn set(&mut self, config: &Config) {
+        let (safety, tick_hz) = (&config.safety, config.tick_hz as f32);
+        self.tracking = safety.tracking;
+        self.lasting = (safety.tracking_s * tick_hz) as u32;
+        self.window = safety.error_window;
+        self.period = (SWING_S * tick_hz) as u32;
+        for (j, joint) in config.joints.iter().enumerate() {
+            self.speed[j] = joint.qd_max * safety.overspeed;
+            self.swing[j] = safety.swing[j] + 0.5 * joint.encoder_lsb * tick_hz;
             // The casts stop at what a word can hold.
-            limits.swing[j] += 0.5 * joint.encoder_lsb * config.tick_hz as f32;
             let words = |q: f32| ((q - joint.encoder_zero) / joint.encoder_lsb * WORDS) as u32;
-            limits.lowest[j] = words(joint.q_min - over);
-            limits.span[j] = words(joint.q_max + over).wrapping_sub(limits.lowest[j]);
+            let over = safety.overtravel[j];
+            self.lowest[j] = words(joint.q_min - over);
+            self.span[j] = words(joint.q_max + over).wrapping_sub(self.lowest[j]);
         }
-        limits
     }
 }
 

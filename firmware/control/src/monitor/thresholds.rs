@@ -43,19 +43,17 @@ const WORDS: f32 = (1 << FRACTION_BITS) as f32;
 impl EncoderLimits {
     /// For a validated configuration.
     #[inline(never)]
-    pub fn new(config: &Config) -> Self {
+    pub fn set(&mut self, config: &Config) {
         let (safety, tick_hz) = (&config.safety, config.tick_hz as f32);
-        let mut limits = Self::zeroed();
-        limits.stuck = stuck_counts(config.gains.law) << FRACTION_BITS;
+        self.stuck = stuck_counts(config.gains.law) << FRACTION_BITS;
         for (j, joint) in config.joints.iter().enumerate() {
             // An acceleration moves the next code by its way in one tick squared.
             let window =
                 |a: f32| (QUANTISATION + a / (tick_hz * tick_hz * joint.encoder_lsb)) as u32;
-            limits.tight[j] = window(safety.unforeseen[j]);
-            limits.wide[j] = window(safety.violent[j]);
-            limits.per_acceleration[j] = WORDS / (tick_hz * tick_hz * joint.encoder_lsb);
+            self.tight[j] = window(safety.unforeseen[j]);
+            self.wide[j] = window(safety.violent[j]);
+            self.per_acceleration[j] = WORDS / (tick_hz * tick_hz * joint.encoder_lsb);
         }
-        limits
     }
 }
 
@@ -79,10 +77,10 @@ impl Thresholds {
     /// For a validated configuration; filled group by group, so that a small stack is enough.
     #[inline(never)]
     pub fn set(&mut self, config: &Config) {
-        self.encoder = EncoderLimits::new(config);
-        self.torque = TorqueLimits::new(config);
-        self.motion = MotionLimits::new(config);
-        self.clock = ClockLimits::new(config);
+        self.encoder.set(config);
+        self.torque.set(config);
+        self.motion.set(config);
+        self.clock.set(config);
         self.timing.set(config);
     }
 }

@@ -42,15 +42,15 @@ const FULL_SCALE: f32 = 8_388_608.0;
 impl TorqueLimits {
     /// For a validated configuration.
     #[inline(never)]
-    pub fn new(config: &Config) -> Self {
+    pub fn set(&mut self, config: &Config) {
         let safety = &config.safety;
-        Self {
-            scale: config.joints.map(|j| j.torque_full_scale / FULL_SCALE),
-            warn: safety.torque_warn,
-            wrong: safety.torque_wrong,
-            speed_error: safety.speed_error,
-            lasting: (LASTING_S * config.tick_hz as f32) as u32,
+        for (scale, joint) in self.scale.iter_mut().zip(&config.joints) {
+            *scale = joint.torque_full_scale / FULL_SCALE;
         }
+        self.warn = safety.torque_warn;
+        self.wrong = safety.torque_wrong;
+        self.speed_error = safety.speed_error;
+        self.lasting = (LASTING_S * config.tick_hz as f32) as u32;
     }
 }
 

@@ -21,18 +21,16 @@ impl Line {
         self.velocity_q8 == other.velocity_q8
     }
 
-    /// The set-point at `phase`, passed at `rate`.
+    /// Puts the set-point at `phase`, passed at `rate`, where it is wanted.
     #[inline(never)]
-    pub fn set_point_at(&self, phase: Phase, rate: Rate) -> SetPoint {
-        let mut set_point = SetPoint::default();
+    pub fn place(&self, phase: Phase, rate: Rate, to: &mut SetPoint) {
         for j in 0..JOINTS {
             let velocity = i64::from(self.velocity_q8[j]);
             let whole = velocity.wrapping_mul(i64::from(phase.ticks)) >> 8;
             let rest = (velocity * i64::from(phase.fraction >> 8)) >> 32;
-            set_point.position[j] = self.origin[j].wrapping_add((whole + rest) as u32);
-            set_point.velocity[j] = self.velocity[j] * rate.value;
-            set_point.acceleration[j] = self.velocity[j] * rate.slope_per_s;
+            to.position[j] = self.origin[j].wrapping_add((whole + rest) as u32);
+            to.velocity[j] = self.velocity[j] * rate.value;
+            to.acceleration[j] = self.velocity[j] * rate.slope_per_s;
         }
-        set_point
     }
 }

@@ -70,11 +70,11 @@ pub enum Path {
 }
 
 impl Path {
-    /// The set-point at `phase`, passed at `rate`.
-    pub fn set_point(&self, phase: Phase, rate: Rate) -> SetPoint {
+    /// Puts the set-point at `phase`, passed at `rate`, where it is wanted.
+    pub fn place(&self, phase: Phase, rate: Rate, to: &mut SetPoint) {
         match self {
-            Self::Curve(motion) => motion.set_point_at(phase, rate),
-            Self::Line(line) => line.set_point_at(phase, rate),
+            Self::Curve(motion) => motion.place(phase, rate, to),
+            Self::Line(line) => line.place(phase, rate, to),
         }
     }
 }

@@ -3,7 +3,7 @@
 use core::num::NonZeroU32;
 
 use shared::arm::JOINTS;
-use shared::command::{Profile, Trajectory};
+use shared::command::Trajectory;
 
 use super::shape::{Shape, Shaped};
 use super::{Phase, Rate, SetPoint};
@@ -17,8 +17,8 @@ pub struct Motion {
     amplitude: [f32; JOINTS],
     /// How far along it is.
     pub phase: Phase,
-    /// 2⁶³ / N: phase · this is x with 63 fractional bits.
-    phase_step_q63: u64,
+    /// 2⁶³ / N: phase · this is x with 63 fractional bits. Low and high word, so that modes align to words.
+    phase_step_q63: [u32; 2],
     /// 1 / (N T), 1/s.
     rate: f32,
 }
@@ -86,25 +86,31 @@ impl Motion {
     }
 
     /// The set-point at the present phase; past the end, the end.
-    #[inline(always)]
     pub fn set_point(&self) -> SetPoint {
-        let within =
-            self.phase.ticks.wrapping_sub(1) < self.trajectory.duration_ticks.wrapping_sub(1);
-        if within & (self.trajectory.profile == Profile::Quintic) {
-            let shape = Profile::Quintic.at(self.progress(self.phase));
-            self.placed(&shape, shape.ds * self.rate, shape.dds * (self.rate * self.rate))
-        } else {
-            self.set_point_at(self.phase, Rate::FULL)
-        }
+        self.set_point_at(self.phase, Rate::FULL)
     }
 
     /// The set-point at `phase`, passed at `rate`.
-    #[inline(never)]
     pub fn set_point_at(&self, phase: Phase, rate: Rate) -> SetPoint {
+        let mut set_point = SetPoint::default();
+        self.place(phase, rate, &mut set_point);
+        set_point
+    }
+
+    /// Puts the set-point at `phase`, passed at `rate`, where it is wanted.
+    #[inline(never)]
+    pub fn place(&self, phase: Phase, rate: Rate, to: &mut SetPoint) {
         let shape = self.shape(phase);
         let (ds, dds) = (shape.ds * self.rate, shape.dds * (self.rate * self.rate));
+        let velocity = ds * rate.value;
         let acceleration = dds * (rate.value * rate.value) + ds * rate.slope_per_s;
-        self.placed(&shape, ds * rate.value, acceleration)
+        for j in 0..JOINTS {
+            // 5 + 31 fractional bits less 30 leave 6.
+            let span = (i64::from(self.trajectory.amplitude_q5[j]) * i64::from(shape.s_q31)) >> 30;
+            to.position[j] = self.trajectory.origin_q6[j].wrapping_add(span as u32);
+            to.velocity[j] = self.amplitude[j] * velocity;
+            to.acceleration[j] = self.amplitude[j] * acceleration;
+        }
     }
 
     fn shape(&self, phase: Phase) -> Shape {
@@ -121,28 +127,15 @@ impl Motion {
     /// x with 32 fractional bits, before the end; phase < N keeps the products below 2⁶³.
     #[inline(always)]
     fn progress(&self, phase: Phase) -> u32 {
-        let whole = u64::from(phase.ticks).wrapping_mul(self.phase_step_q63);
-        let rest = u64::from(phase.fraction) * (self.phase_step_q63 >> 32);
+        let [low, high] = self.phase_step_q63.map(u64::from);
+        let whole = u64::from(phase.ticks).wrapping_mul(high << 32 | low);
+        let rest = u64::from(phase.fraction) * high;
         (whole.wrapping_add(rest) >> 31) as u32
-    }
-
-    /// `velocity` and `acceleration` over the amplitude.
-    #[inline(always)]
-    fn placed(&self, shape: &Shape, velocity: f32, acceleration: f32) -> SetPoint {
-        let mut set_point = SetPoint::default();
-        for j in 0..JOINTS {
-            // 5 + 31 fractional bits less 30 leave 6.
-            let span = (i64::from(self.trajectory.amplitude_q5[j]) * i64::from(shape.s_q31)) >> 30;
-            set_point.position[j] = self.trajectory.origin_q6[j].wrapping_add(span as u32);
-            set_point.velocity[j] = self.amplitude[j] * velocity;
-            set_point.acceleration[j] = self.amplitude[j] * acceleration;
-        }
-        set_point
     }
 }
 
 /// 2⁶³ / `n` rounded down, for n below 2²⁴: long division by bytes, as there is no 64-bit one in hardware.
-fn reciprocal_q63(n: NonZeroU32) -> u64 {
+fn reciprocal_q63(n: NonZeroU32) -> [u32; 2] {
     const HIGH: u32 = 1 << 31;
     let mut quotient = u64::from(HIGH / n);
     let mut remainder = HIGH % n;
@@ -151,7 +144,7 @@ fn reciprocal_q63(n: NonZeroU32) -> u64 {
         quotient = quotient << 8 | u64::from(remainder / n);
         remainder %= n;
     }
-    quotient
+    [quotient as u32, (quotient >> 32) as u32]
 }
 
 #[cfg(test)]
@@ -162,7 +155,8 @@ mod tests {
     fn the_reciprocal_is_the_quotient() {
         let all = (1..5_000).chain((5_000..=DURATION_MAX.get()).step_by(997));
         for n in all.filter_map(NonZeroU32::new) {
-            assert_eq!(reciprocal_q63(n), (1 << 63) / u64::from(n.get()), "{n}");
+            let [low, high] = reciprocal_q63(n).map(u64::from);
+            assert_eq!(high << 32 | low, (1 << 63) / u64::from(n.get()), "{n}");
         }
     }
 }

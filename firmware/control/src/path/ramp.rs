@@ -1,5 +1,7 @@
 //! How the path rate changes: a cubic in time, so that acceleration starts and ends without a step.
 
+use bytemuck::{Pod, Zeroable};
+
 /// Path rate and its derivative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rate {
@@ -26,7 +28,8 @@ pub struct Ramp {
 }
 
 /// What turns ticks into a ramp's parameter.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Pace {
     /// Duration, ticks.
     pub ticks: f32,
@@ -34,6 +37,14 @@ pub struct Pace {
     pub per_tick: f32,
     /// 1 / duration, 1/s.
     pub per_s: f32,
+}
+
+impl Pace {
+    /// For ramps of this duration.
+    pub fn new(duration_s: f32, tick_hz: f32) -> Self {
+        let ticks = duration_s * tick_hz;
+        Self { ticks, per_tick: 1.0 / ticks, per_s: 1.0 / duration_s }
+    }
 }
 
 impl Ramp {

@@ -40,24 +40,26 @@ impl Bump {
         }
     }
 
-    /// Set-point this many ticks after the motion began at `pose`.
+    /// One tick on, where such motions follow each other.
+    #[inline(always)]
+    pub fn advance(&self, tick: &mut u32) {
+        *tick = if *tick < self.ticks { *tick + 1 } else { 1 };
+    }
+
+    /// Puts the set-point this many ticks after the motion began at `pose` where it is wanted.
     #[inline(never)]
-    pub fn set_point(&self, pose: &[u32; JOINTS], tick: u32) -> SetPoint {
-        let mut set_point = SetPoint::hold(*pose);
-        if tick == 0 || tick >= self.ticks {
-            return set_point;
-        }
-        let x = tick as f32 * self.per_tick;
+    pub fn place(&self, pose: &[u32; JOINTS], tick: u32, to: &mut SetPoint) {
+        // At its start and end x is 0 or 1 but for rounding, and the arm stands still.
+        let inside = tick != 0 && tick < self.ticks;
+        let x = if inside { tick as f32 * self.per_tick } else { 0.0 };
         let y = x * (1.0 - x);
         let (s, ds, dds) = (16.0 * y * y, 32.0 * y * (1.0 - 2.0 * x), 32.0 * (1.0 - 6.0 * y));
+        let dds = if inside { dds } else { 0.0 };
         let (ds, dds) = (ds * self.per_s, dds * (self.per_s * self.per_s));
-        let amplitudes = self.words.iter().zip(&self.si);
-        let slots = set_point.position.iter_mut().zip(&mut set_point.velocity);
-        let slots = slots.zip(&mut set_point.acceleration);
-        for (((position, velocity), acceleration), (words, si)) in slots.zip(amplitudes) {
-            *position = position.wrapping_add_signed(round_to_i32(words * s));
-            (*velocity, *acceleration) = (si * ds, si * dds);
+        for (j, origin) in pose.iter().enumerate() {
+            to.position[j] = origin.wrapping_add_signed(round_to_i32(self.words[j] * s));
+            to.velocity[j] = self.si[j] * ds;
+            to.acceleration[j] = self.si[j] * dds;
         }
-        set_point
     }
 }

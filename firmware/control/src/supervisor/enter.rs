@@ -6,7 +6,7 @@ use shared::fault::{Fault, Mode as ModeCode};
 use super::table::next;
 use super::{Cause, Events, Exit, Follower, Mode, Timing};
 use crate::monitor::Finding;
-use crate::path::{Line, Path, Phase, Rate};
+use crate::path::{Line, Path, Phase, Rate, SetPoint};
 use crate::planner::Order;
 
 impl Mode {
@@ -25,7 +25,7 @@ impl Mode {
             ModeCode::Boot => *self = Self::RESET,
             ModeCode::Standby => *self = Self::Standby { codes },
             ModeCode::Arming => {
-                let pose = measured(events).origin;
+                let pose = measured(events);
                 *self = Self::Arming { ticks: 0, open: 0, pose, began: pose };
             }
             ModeCode::Holding => {
@@ -36,19 +36,21 @@ impl Mode {
                     *self = Self::Moving(motion.begun());
                 }
             }
-            ModeCode::Jogging => {
-                if let Some(Order::Jog(line)) = events.order {
-                    let origin = self.pose(finding, timing, events);
-                    let follower = Follower::from_rest(&timing.pace());
-                    *self = Self::Jogging { line: Line { origin, ..*line }, follower, quiet: 0 };
-                }
-            }
+            ModeCode::Jogging => self.jog(finding, timing, events),
             _ => self.stop(to, self.cause_of(exit, finding, events), finding, timing, events),
         }
     }
 
-    /// Enters one of the modes that a stop goes through.
     #[inline(never)]
+    fn jog(&mut self, finding: Finding, timing: &Timing, events: &Events<'_>) {
+        if let Some(Order::Jog(line)) = events.order {
+            let origin = self.pose(finding, timing, events);
+            let follower = Follower::from_rest(&timing.pace);
+            *self = Self::Jogging { line: Line { origin, ..*line }, follower, quiet: 0 };
+        }
+    }
+
+    /// Enters one of the modes that a stop goes through.
     fn stop(
         &mut self,
         to: ModeCode,
@@ -58,10 +60,7 @@ impl Mode {
         events: &Events<'_>,
     ) {
         match to {
-            ModeCode::Stopping => {
-                let (path, follower) = self.way_down(finding, timing, events);
-                *self = Self::Stopping { path, follower, cause };
-            }
+            ModeCode::Stopping => self.slow_down(cause, finding, timing, events),
             ModeCode::BrakeHold => {
                 let pose = self.pose(finding, timing, events);
                 *self = Self::BrakeHold { pose, ticks: 0, closed: 0, cause };
@@ -69,7 +68,7 @@ impl Mode {
             ModeCode::TorqueOff => *self = Self::TorqueOff { ticks: 0, cause },
             ModeCode::Latched => *self = Self::Latched { codes: events.codes, cause },
             _ => {
-                let pose = measured(events).origin;
+                let pose = measured(events);
                 *self = Self::Lowering { ticks: 0, pose, motion: None, cause };
             }
         }
@@ -80,10 +79,9 @@ impl Mode {
     fn pose(&self, finding: Finding, timing: &Timing, events: &Events<'_>) -> [u32; JOINTS] {
         // A set-point that no control error explains is not trusted either.
         let trusted = finding.fault != Fault::ErrorWindow;
-        match self.set_point(timing).filter(|_| trusted) {
-            Some(set_point) => set_point.position,
-            None => measured(events).origin,
-        }
+        let mut at = SetPoint::default();
+        let known = self.place(timing, &mut at) && trusted;
+        if known { at.position } else { measured(events) }
     }
 
     /// Why the arm stops, or stopped.
@@ -113,36 +111,42 @@ impl Mode {
         })
     }
 
-    /// The way down to rest from the present motion.
-    fn way_down(&self, finding: Finding, timing: &Timing, events: &Events<'_>) -> (Path, Follower) {
-        let pace = timing.pace();
-        match self {
+    /// Goes down to rest from the present motion.
+    #[inline(never)]
+    fn slow_down(&mut self, cause: Cause, finding: Finding, timing: &Timing, events: &Events<'_>) {
+        let pace = &timing.pace;
+        let (path, follower) = match self {
             Self::Moving(motion) if finding.fault != Fault::ErrorWindow => {
-                (Path::Curve(*motion), Follower::new(motion.phase, Rate::FULL, 0, &pace))
+                (Path::Curve(*motion), Follower::new(motion.phase, Rate::FULL, 0, pace))
             }
             Self::Jogging { line, follower, .. } if finding.fault != Fault::ErrorWindow => {
-                let mut follower = *follower;
                 if follower.goal() != 0 {
-                    follower.turn(0, &pace);
+                    follower.turn(0, pace);
                 }
-                (Path::Line(*line), follower)
+                (Path::Line(*line), *follower)
             }
             // Where the set-point cannot be trusted, the stop goes on from what is measured.
             _ => {
-                let follower = Follower::new(Phase::default(), Rate::FULL, 0, &pace);
-                (Path::Line(measured(events)), follower)
+                let follower = Follower::new(Phase::default(), Rate::FULL, 0, pace);
+                (Path::Line(onward(events)), follower)
             }
-        }
+        };
+        *self = Self::Stopping { path, follower, cause };
     }
+}
+
+/// Where the arm is, position words.
+fn measured(events: &Events<'_>) -> [u32; JOINTS] {
+    let [a, b, c, d] = events.observers;
+    [a.position, b.position, c.position, d.position]
 }
 
 /// The line along which the arm moves right now.
 #[inline(never)]
-fn measured(events: &Events<'_>) -> Line {
-    let mut line = Line::default();
+fn onward(events: &Events<'_>) -> Line {
+    let mut line = Line { origin: measured(events), ..Line::default() };
     let estimates = events.observers.iter().zip(events.scales);
     for (j, (observer, scale)) in estimates.enumerate().take(JOINTS) {
-        line.origin[j] = observer.position;
         line.velocity_q8[j] = (observer.velocity * 256.0) as i32;
         line.velocity[j] = observer.velocity(scale);
     }

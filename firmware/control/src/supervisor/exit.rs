@@ -5,7 +5,7 @@ use shared::fault::{Fault, Refusal};
 
 use super::{ALL, Cause, Events, Exit, Follower, Mode, Reaction, Timing, clears};
 use crate::monitor::Finding;
-use crate::path::{Line, Rate};
+use crate::path::{Line, Rate, SetPoint};
 use crate::planner::Order;
 
 impl Mode {
@@ -140,11 +140,11 @@ impl Mode {
             Self::Holding { .. } => None,
             Self::Moving(motion) => motion.is_over().then_some(Exit::PathEnded),
             Self::Jogging { follower, .. } => {
-                let ended = follower.goal() == 0 && follower.is_level(&timing.pace());
+                let ended = follower.goal() == 0 && follower.is_level(&timing.pace);
                 ended.then_some(Exit::JogEnded)
             }
             Self::Stopping { follower, .. } => {
-                follower.is_level(&timing.pace()).then_some(Exit::AtRest)
+                follower.is_level(&timing.pace).then_some(Exit::AtRest)
             }
             Self::BrakeHold { ticks, closed, .. } => {
                 // The model alone holds the arm no longer than the brakes should take.
@@ -185,7 +185,7 @@ impl Mode {
                 *quiet += 1;
                 let ends = *quiet > timing.jog || leads_out(line, follower, timing);
                 if follower.goal() == 1 && ends {
-                    follower.turn(0, &timing.pace());
+                    follower.turn(0, &timing.pace);
                 }
             }
             Self::Stopping { follower, .. } => follower.step(),
@@ -200,9 +200,7 @@ impl Mode {
                     motion.phase.ticks += 1;
                 }
             }
-            Self::Holding { ticks, .. } => {
-                *ticks = if *ticks < timing.watch.ticks { *ticks + 1 } else { 1 };
-            }
+            Self::Holding { ticks, .. } => timing.watch.advance(ticks),
             Self::Standby { .. } | Self::Latched { .. } => {}
         }
     }
@@ -248,14 +246,17 @@ fn slips(timing: &Timing, codes: &[u32; JOINTS], events: &Events<'_>) -> bool {
 /// Whether a jog would pass the range of motion if it were stopped now.
 #[inline(never)]
 fn leads_out(line: &Line, follower: &Follower, timing: &Timing) -> bool {
-    let pace = timing.pace();
-    let place = line.set_point_at(follower.phase(&pace), Rate::FULL).position;
+    let pace = &timing.pace;
+    let mut place = SetPoint::default();
+    line.place(follower.phase(pace), Rate::FULL, &mut place);
     // A stop takes as much way as half its duration at full rate; two ticks for the decision.
     let ahead = i64::from(pace.ticks as u32 / 2 + 2);
     let ranges = timing.lowest.iter().zip(&timing.highest);
-    place.iter().zip(&line.velocity_q8).zip(ranges).any(|((&at, &velocity), (&low, &high))| {
-        let way = (i64::from(velocity) * ahead) >> 8;
-        let end = i64::from(at) + way;
-        (way > 0 && end > i64::from(high)) || (way < 0 && end < i64::from(low))
-    })
+    place.position.iter().zip(&line.velocity_q8).zip(ranges).any(
+        |((&at, &velocity), (&low, &high))| {
+            let way = (i64::from(velocity) * ahead) >> 8;
+            let end = i64::from(at) + way;
+            (way > 0 && end > i64::from(high)) || (way < 0 && end < i64::from(low))
+        },
+    )
 }

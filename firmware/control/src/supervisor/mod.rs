@@ -194,12 +194,16 @@ impl Mode {
         Self::Latched { codes: [0; JOINTS], cause: Cause::new(Finding::new(crash)) }
     }
 
-    /// One tick along a trajectory, if there is nothing else to decide.
+    /// One tick along a trajectory or in place, if there is nothing else to decide.
     #[inline(always)]
-    pub fn glides(&mut self) -> bool {
+    pub fn glides(&mut self, timing: &Timing) -> bool {
         match self {
             Self::Moving(motion) if !motion.is_over() => {
                 motion.phase.ticks += 1;
+                true
+            }
+            Self::Holding { ticks, .. } => {
+                timing.watch.advance(ticks);
                 true
             }
             _ => false,
@@ -232,31 +236,39 @@ impl Mode {
     }
 
     /// Set-point of the law; `None` where no torque is wanted.
+    pub fn set_point(&self, timing: &Timing) -> Option<SetPoint> {
+        let mut set_point = SetPoint::default();
+        self.place(timing, &mut set_point).then_some(set_point)
+    }
+
+    /// Puts the set-point of the law where it is wanted; `false` where no torque is.
     #[cold]
     #[inline(never)]
-    pub fn set_point(&self, timing: &Timing) -> Option<SetPoint> {
-        let pace = timing.pace();
+    pub fn place(&self, timing: &Timing, to: &mut SetPoint) -> bool {
+        let pace = &timing.pace;
         match self {
-            Self::Holding { pose, ticks } => Some(timing.watch.set_point(pose, *ticks)),
-            Self::BrakeHold { pose, .. } => Some(SetPoint::hold(*pose)),
+            Self::Holding { pose, ticks } => timing.watch.place(pose, *ticks, to),
             Self::Arming { open, pose, .. } => {
-                Some(timing.test.set_point(pose, open.saturating_sub(timing.calm)))
+                timing.test.place(pose, open.saturating_sub(timing.calm), to);
+            }
+            Self::BrakeHold { pose, .. } | Self::Lowering { pose, motion: None, .. } => {
+                timing.test.place(pose, 0, to);
             }
             Self::Jogging { line, follower, .. } => {
-                Some(line.set_point_at(follower.phase(&pace), follower.rate(&pace)))
+                line.place(follower.phase(pace), follower.rate(pace), to);
             }
             Self::Stopping { path, follower, .. } => {
-                Some(path.set_point(follower.phase(&pace), follower.rate(&pace)))
+                path.place(follower.phase(pace), follower.rate(pace), to);
             }
             Self::Moving(motion) | Self::Lowering { motion: Some(motion), .. } => {
-                Some(motion.set_point_at(motion.phase, Rate::FULL))
+                motion.place(motion.phase, Rate::FULL, to);
             }
-            Self::Lowering { pose, .. } => Some(SetPoint::hold(*pose)),
             Self::Boot { .. }
             | Self::Standby { .. }
             | Self::TorqueOff { .. }
-            | Self::Latched { .. } => None,
+            | Self::Latched { .. } => return false,
         }
+        true
     }
 
     /// Whether the brakes are open and the set-point is followed, so that the arm's motion tells of
@@ -341,12 +353,12 @@ impl Mode {
         match self {
             Self::Boot { complaint, .. } => status.finding = Finding::new(*complaint),
             Self::Jogging { follower, quiet, .. } => {
-                rate = follower.rate(&timing.pace()).value;
+                rate = follower.rate(&timing.pace).value;
                 if follower.goal() == 0 && *quiet <= timing.jog {
                     status.limits = 1 << Limit::SoftPosition as u16;
                 }
             }
-            Self::Stopping { follower, .. } => rate = follower.rate(&timing.pace()).value,
+            Self::Stopping { follower, .. } => rate = follower.rate(&timing.pace).value,
             Self::BrakeHold { ticks, closed: 0, .. } if *ticks > timing.brake_set => {
                 status.limits = 1 << Limit::BrakeFeedback as u16;
             }

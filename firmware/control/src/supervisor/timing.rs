@@ -28,10 +28,8 @@ pub struct Timing {
     pub test: Bump,
     /// The motion by which a joint at rest shows that its encoder is alive, again and again.
     pub watch: Bump,
-    /// Duration of a stop, its inverse in ticks and in seconds.
-    stop: f32,
-    stop_per_tick: f32,
-    stop_per_s: f32,
+    /// Duration of a stop.
+    pub pace: Pace,
     /// Brakes must report closed this long after they were told.
     pub brake_set: u32,
     /// Torque stays on this long after that.
@@ -91,9 +89,7 @@ impl Timing {
         self.test.set(safety.test_move_s, tick_hz, &safety.test_move, &config.joints);
         let watch = config.joints.map(|joint| watch_amplitude(joint.encoder_lsb));
         self.watch.set(WATCH_S, tick_hz, &watch, &config.joints);
-        self.stop = safety.stop_s * tick_hz;
-        self.stop_per_tick = 1.0 / self.stop;
-        self.stop_per_s = 1.0 / safety.stop_s;
+        self.pace = Pace::new(safety.stop_s, tick_hz);
         self.brake_set = ticks(safety.brake_set_s);
         self.torque_tail = ticks(safety.torque_tail_s);
         self.link = ticks(safety.link_timeout_s);
@@ -116,10 +112,5 @@ impl Timing {
             self.highest[j] = (code(joint.q_max) * words) as u32;
             self.parked[j] = counts(safety.parked_tolerance);
         }
-    }
-
-    /// Pace of a stop.
-    pub fn pace(&self) -> Pace {
-        Pace { ticks: self.stop, per_tick: self.stop_per_tick, per_s: self.stop_per_s }
     }
 }

@@ -31,7 +31,7 @@ pub fn in_coefficients(config: &mut Config, crc: u32) -> u32 {
 
 /// The same, but behind the harness's back: only what the law computes gives it away.
 #[inline(always)]
-pub fn in_law(controller: &mut Controller, config: &mut Config, retained: Retained) {
+pub fn in_law(controller: &mut Controller, config: &mut Config, retained: &Retained) {
     if cfg!(defect = "law_one_ulp_off") {
         one_ulp_up(config);
         let _ = controller.configure(config, config.crc(), retained);

@@ -12,7 +12,7 @@ use embedded_hal::digital::{self, InputPin, OutputPin, PinState};
 use embedded_hal::spi::{self, Operation, SpiDevice};
 use embedded_io::{ErrorType, Read, ReadReady, Write};
 use heapless::{Deque, Vec};
-use shared::pil::{self, LINK_BYTES, RELEASE_BYTES, Release, TRANSFER_MAX};
+use shared::pil::{self, LINK_BYTES, Release, TRANSFER_MAX};
 use shared::telemetry::Record;
 
 use crate::{crash, defect, stack};
@@ -124,18 +124,18 @@ pub fn receive(bytes: &mut [u8]) {
 #[inline(never)]
 #[unsafe(link_section = ".text.link")]
 pub fn await_release(release: &mut Release) {
-    let mut bytes = [0; RELEASE_BYTES];
-    receive(&mut bytes);
-    while bytes[pil::REQUEST] != 0 {
-        if bytes[pil::REQUEST] == pil::QUIT[pil::REQUEST] {
-            send_stack(stack::high_water_bytes());
-            with(|link| put(link.to_harness, crash::kept()));
-            debug::exit(EXIT_SUCCESS);
+    loop {
+        receive(bytemuck::bytes_of_mut(release));
+        match release.request {
+            pil::RUN => break,
+            pil::QUIT => {
+                send_stack(stack::high_water_bytes());
+                with(|link| put(link.to_harness, crash::kept()));
+                debug::exit(EXIT_SUCCESS);
+            }
+            _ => halt(),
         }
-        halt();
-        receive(&mut bytes);
     }
-    *release = Release::from_bytes(&bytes);
     with(|link| link.levels = release.levels);
 }
 

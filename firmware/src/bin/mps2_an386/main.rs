@@ -18,16 +18,14 @@ use cortex_m_rt::{entry, exception};
 use firmware::config::Config;
 use firmware::controller::Core;
 use firmware::evidence::Recorder;
-use firmware::executive::{Executive, RecordSink, Retained, TickInput};
+use firmware::executive::{Executive, TickInput};
 use firmware::io::{Inputs, Io, Outputs};
 use firmware::link::{Access, Station};
-use heapless::Deque;
 use link::{Level, Line, Serial, Tunnel};
 use shared::arm::JOINTS;
 use shared::evidence::Image;
 use shared::link::DEFAULT_KEY;
 use shared::pil::{self, Release};
-use shared::telemetry::Record;
 
 /// Vectors of the device's interrupts, in place of 240 default ones: none is enabled, but the linker script
 /// wants at least one.
@@ -51,7 +49,7 @@ struct Owned<T>(UnsafeCell<T>);
 // SAFETY: each use names the one context that touches the value, or masks the others.
 unsafe impl<T> Sync for Owned<T> {}
 
-/// Written once before SysTick starts, then touched by SysTick alone.
+/// Written once before SysTick starts, then SysTick's; idle reads the record of a tick before it releases the next.
 static CONTROLLER: Owned<MaybeUninit<Controller>> = Owned(UnsafeCell::new(MaybeUninit::uninit()));
 
 /// The operator's end. Idle's, but the tick's while [`RELEASED`] says so.
@@ -72,19 +70,8 @@ static CORE: Owned<Core> = Owned(UnsafeCell::new(Core::new()));
 /// Comes from the harness; kept off the stack.
 static CONFIG: Owned<Config> = Owned(UnsafeCell::new(bytemuck::zeroed()));
 
-/// From tick to idle, which masks the tick: unlike a lock-free queue's, its memory needs no barriers.
-static RECORDS: Owned<Deque<Record, 3>> = Owned(UnsafeCell::new(Deque::new()));
-
-/// The tick's end of [`RECORDS`].
-struct Records;
-
-impl RecordSink for Records {
-    #[inline(always)]
-    fn push(&mut self, record: Record) -> bool {
-        // SAFETY: only SysTick pushes, and idle takes with SysTick masked.
-        unsafe { &mut *RECORDS.0.get() }.push_back(record).is_ok()
-    }
-}
+/// A tick has left a record that idle has not taken yet. Both write it with SysTick masked.
+static TICKED: Owned<bool> = Owned(UnsafeCell::new(false));
 
 #[entry]
 fn main() -> ! {
@@ -101,8 +88,8 @@ fn main() -> ! {
     defect::in_idle();
     loop {
         // SAFETY: SysTick, the only other user, is masked.
-        let left = cortex_m::interrupt::free(|_| !unsafe { &*RECORDS.0.get() }.is_empty());
-        if left {
+        let ticked = cortex_m::interrupt::free(|_| unsafe { TICKED.0.get().replace(false) });
+        if ticked {
             conclude(&mut recorder, evidence);
             serve(evidence);
         } else {
@@ -122,21 +109,21 @@ fn start(evidence: &mut Image) -> (Recorder, Option<u32>) {
     let mut kept = [0_u32; 2 + JOINTS];
     link::receive(bytemuck::bytes_of_mut(&mut kept));
     let [crc, parked @ .., boots] = kept;
-    let mut key = DEFAULT_KEY;
-    link::receive(&mut key);
+    let mut access = Access { key: DEFAULT_KEY, boots };
+    link::receive(&mut access.key);
     defect::before_configuration(config);
     let crc = defect::in_coefficients(config, crc);
-    let (recorder, Retained { parked: kept, crash }) = Recorder::new(evidence, config.tick_hz);
+    let (recorder, mut retained) = Recorder::new(evidence, config.tick_hz);
     // What the harness gives stands for a memory that outlives the loss of power.
-    let retained = Retained { parked: kept.or(Some(parked)), crash };
+    retained.parked.get_or_insert(parked);
     let controller = controller.write(Executive::new(wire(), core));
-    if controller.configure(config, crc, retained).is_ok() {
+    if controller.configure(config, crc, &retained).is_ok() {
         // Those before power-up are the harness's to know.
-        let access = Access { key, boots: boots.wrapping_add(evidence.boots) };
+        access.boots = access.boots.wrapping_add(evidence.boots);
         // SAFETY: SysTick is not running yet.
         unsafe { &mut *STATION.0.get() }.configure(config, &access);
         link::send_coefficients(controller.parameter_bytes());
-        defect::in_law(controller, config, retained);
+        defect::in_law(controller, config, &retained);
         (recorder, Some(config.tick_hz))
     } else {
         link::send_refusal();
@@ -147,14 +134,13 @@ fn start(evidence: &mut Image) -> (Recorder, Option<u32>) {
 /// Between two ticks: takes note of what the last one left.
 #[inline(never)]
 fn conclude(recorder: &mut Recorder, evidence: &mut Image) {
-    // SAFETY: no tick comes before idle releases it.
-    let (station, records) = unsafe { (&mut *STATION.0.get(), &mut *RECORDS.0.get()) };
-    if let Some(record) = records.front() {
-        recorder.note(evidence, record);
-        station.note(record);
-        link::send_record(record);
-    }
-    records.clear();
+    // SAFETY: no tick comes before idle releases it, and the controller is written.
+    let (station, controller) =
+        unsafe { (&mut *STATION.0.get(), (*CONTROLLER.0.get()).assume_init_ref()) };
+    let record = controller.record();
+    recorder.note(evidence, record);
+    station.note(record);
+    link::send_record(record);
 }
 
 /// Between two ticks: waits until the next may come, and serves the operator.
@@ -211,13 +197,13 @@ fn SysTick() {
         return;
     }
     *released = false;
-    // SAFETY: SysTick starts only after the controller is written, and is its only user; idle is done with the others
-    // until this tick has left its record.
+    // SAFETY: SysTick starts only after the controller is written; idle is done with all of them until this tick has
+    // left its record.
     let (controller, station, release) = unsafe {
         ((*CONTROLLER.0.get()).assume_init_mut(), &mut *STATION.0.get(), &*RELEASE.0.get())
     };
     for poke in &release.pokes {
-        poke.apply(controller.memory().as_bytes_mut());
+        poke.apply(controller.memory().as_words_mut());
     }
     let served = station.served();
     let input = TickInput {
@@ -228,16 +214,16 @@ fn SysTick() {
         conversions: release.conversions,
     };
     tick(controller, &input);
-    // SAFETY: idle touches the queue with SysTick masked.
-    let record = unsafe { &*RECORDS.0.get() }.back();
-    station.taken(record.map_or(0, |record| record.refusal));
+    station.taken(controller.record().refusal);
+    // SAFETY: idle touches it with SysTick masked.
+    unsafe { *TICKED.0.get() = true };
 }
 
 /// One tick under its own symbol, so that its instructions can be counted.
 #[inline(never)]
 #[unsafe(no_mangle)]
 fn tick(controller: &mut Controller, input: &TickInput<'_>) {
-    controller.tick(input, &mut Records);
+    controller.tick(input);
     defect::in_tick();
 }
 

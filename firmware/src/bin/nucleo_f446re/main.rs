@@ -69,7 +69,7 @@ fn main() -> ! {
     // SAFETY: the only call.
     let evidence = unsafe { faults::evidence() };
     let (mut recorder, retained) = Recorder::new(evidence, TICK_HZ);
-    match control(p, pins, retained) {
+    match control(p, pins, &retained) {
         // SAFETY: the interrupt that shares it is still masked.
         Ok(control) => unsafe { CONTROL = Some(control) },
         Err(error) => refuse(&serial, &error),
@@ -86,7 +86,7 @@ fn main() -> ! {
 fn control(
     p: &'static Peripherals,
     pins: Pins,
-    retained: Retained,
+    retained: &Retained,
 ) -> Result<Control, ConfigError> {
     const CONFIG: Config = Config::for_arm(&REFERENCE, TICK_HZ);
     let mut config = CONFIG;
@@ -173,7 +173,10 @@ impl Control {
             spent: self.outbox.measured.tick_clocks,
             conversions: self.adc_total / 256,
         };
-        self.executive.tick(&input, &mut self.outbox);
+        let record = self.executive.tick(&input);
+        if !self.outbox.push(record) {
+            self.executive.record_dropped();
+        }
         self.reader.arm();
         self.watchdog.kr().write(|w| w.key().feed());
         let tick_clocks = DWT::cycle_count().wrapping_sub(began);

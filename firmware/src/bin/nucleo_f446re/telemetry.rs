@@ -8,7 +8,6 @@
 use core::cell::RefCell;
 
 use cortex_m::interrupt::{self, Mutex};
-use firmware::executive::RecordSink;
 use heapless::spsc::Queue;
 use shared::telemetry::{RECORD_BYTES, Record};
 use stm32f4::stm32f446::{Peripherals, usart1};
@@ -51,10 +50,10 @@ pub struct Outbox {
     pub measured: Measured,
 }
 
-impl RecordSink for Outbox {
-    #[inline(always)]
-    fn push(&mut self, record: Record) -> bool {
-        let entry = Entry { record, measured: self.measured };
+impl Outbox {
+    /// Queues a record with what was measured; `false` if there is no room.
+    pub fn push(&mut self, record: &Record) -> bool {
+        let entry = Entry { record: *record, measured: self.measured };
         interrupt::free(|section| {
             let queue = QUEUE.borrow(section).try_borrow_mut();
             queue.is_ok_and(|mut queue| queue.enqueue(entry).is_ok())
