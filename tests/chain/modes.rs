@@ -6,6 +6,7 @@ use hil_sim::scenario::Scenario;
 use shared::arm::{JOINTS, REFERENCE};
 use shared::command::{Command, Trajectory};
 use shared::fault::{Fault, Mode, Refusal};
+use shared::telemetry::Record;
 use tests::rig::Rig;
 
 fn rig() -> Rig {
@@ -117,6 +118,22 @@ fn a_frame_lost_in_boot_leaves_no_joint_unseen() {
             off.abs() < 2e-6,
             "lost in tick {lost}: joint 2 is {off:e} rad from where it seems"
         );
+    }
+}
+
+/// The watch motion of an arm that holds ends with the order, wherever it is: that is no standing encoder.
+#[test]
+fn a_trajectory_may_start_at_any_time() {
+    for held in (0..220).step_by(3) {
+        let mut rig = rig_in(Mode::Holding);
+        (0..held).for_each(|_| _ = rig.tick(None));
+        let record = rig.tick(Some(Command::Start(lift())));
+        assert_eq!(record.refusal, 0, "after {held} ticks");
+        for _ in 0..200 {
+            let Record { mode, fault, rejected, .. } = rig.tick(None);
+            let now = (mode, fault, rejected);
+            assert_eq!(now, (Mode::Moving as u8, 0, 0), "started after {held} ticks");
+        }
     }
 }
 

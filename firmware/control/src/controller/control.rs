@@ -159,6 +159,14 @@ impl Core {
         if let Some(gained) = gained {
             self.memory.gain(gained);
         }
+        if !self.memory.estimates.is_sound() {
+            self.distrust();
+        }
+        let speeds = self.memory.estimates.observers.iter().map(|observer| observer.velocity);
+        if speeds.fold(0.0, |sum, v| sum + v * 0.0) != 0.0 {
+            let joints = self.mend();
+            self.findings.raise(Finding { fault: Fault::NotFinite, joints });
+        }
         let mut control = Control::none();
         for j in 0..JOINTS {
             let observer = &self.memory.estimates.observers[j];

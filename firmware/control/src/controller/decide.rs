@@ -49,7 +49,11 @@ impl Core {
         let boot = self.readiness(input.order, converters);
         // After a crash no boot has found the pose to be the parked one yet.
         let latched = matches!(self.mode, Mode::Latched { .. }) && self.adc_ready;
+        let held = matches!(self.mode, Mode::Holding { .. });
         let refusal = self.tell(input.order, brakes, Some(boot));
+        if held && matches!(self.mode, Mode::Moving(_)) {
+            self.excuse_step();
+        }
         if input.order.is_some() {
             self.refusal = refusal;
         }
@@ -70,6 +74,14 @@ impl Core {
             self.react();
         }
         found
+    }
+
+    /// A trajectory starts at the pose that was held, wherever the watch motion about it is: the codes will follow.
+    fn excuse_step(&mut self) {
+        if let Some(start) = self.mode.set_point(&self.memory.thresholds.timing) {
+            let tracks = self.tracks.iter_mut().zip(&start.position);
+            tracks.for_each(|(track, position)| track.excuse(*position));
+        }
     }
 
     /// Lets the mode react to what was found since its turn.
