@@ -51,8 +51,9 @@ impl Core {
         let latched = matches!(self.mode, Mode::Latched { .. }) && self.adc_ready;
         let held = matches!(self.mode, Mode::Holding { .. });
         let refusal = self.tell(input.order, brakes, Some(boot));
-        if held && matches!(self.mode, Mode::Moving(_)) {
-            self.excuse_step();
+        if held && matches!(self.mode, Mode::Moving(_) | Mode::Jogging { .. }) {
+            // Motions start wherever the watch motion is, and trajectories at the pose that it goes about.
+            self.expect_lag();
         }
         if input.order.is_some() {
             self.refusal = refusal;
@@ -74,14 +75,6 @@ impl Core {
             self.react();
         }
         found
-    }
-
-    /// A trajectory starts at the pose that was held, wherever the watch motion about it is: the codes will follow.
-    fn excuse_step(&mut self) {
-        if let Some(start) = self.mode.set_point(&self.memory.thresholds.timing) {
-            let tracks = self.tracks.iter_mut().zip(&start.position);
-            tracks.for_each(|(track, position)| track.excuse(*position));
-        }
     }
 
     /// Lets the mode react to what was found since its turn.

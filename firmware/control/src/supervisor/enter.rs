@@ -4,7 +4,7 @@ use shared::arm::JOINTS;
 use shared::fault::{Fault, Mode as ModeCode};
 
 use super::table::next;
-use super::{Cause, Events, Exit, Follower, Mode, Timing};
+use super::{Cause, Events, Exit, Follower, Mode, Timing, clears};
 use crate::monitor::Finding;
 use crate::path::{Line, Path, Phase, Rate, SetPoint};
 use crate::planner::Order;
@@ -87,16 +87,15 @@ impl Mode {
     /// Why the arm stops, or stopped.
     fn cause_of(&self, exit: Exit, finding: Finding, events: &Events<'_>) -> Cause {
         let found = match exit {
-            // A brake that has slipped stays what locks the arm out.
-            Exit::Stop | Exit::CutTorque if matches!(self, Self::Lowering { .. }) => Finding::NONE,
             Exit::Stop if finding.fault == Fault::None => Finding::new(Fault::OperatorStop),
             Exit::Stop | Exit::CutTorque => finding,
             Exit::Slipped => Finding { fault: Fault::BrakeSlipped, joints: self.slipping(events) },
             _ => Finding::NONE,
         };
         match self.cause() {
-            // A stop that becomes graver names the graver fault; one that goes on keeps its own.
-            Some(cause) if found.fault == Fault::None => *cause,
+            // A stop that becomes graver names the graver fault; one that goes on keeps its own, and what locks the
+            // arm out stays.
+            Some(cause) if found.fault == Fault::None || !clears(cause.finding.fault) => *cause,
             Some(cause) => Cause { isolated: cause.isolated, ..Cause::new(found) },
             None => Cause::new(found),
         }

@@ -216,7 +216,9 @@ impl Cause {
 
     /// Further joints lose their torque.
     fn isolate(&mut self, finding: Finding) {
-        self.finding = finding;
+        if clears(self.finding.fault) {
+            self.finding = finding;
+        }
         self.isolated |= finding.joints;
     }
 }
