@@ -1,6 +1,6 @@
 //! Random faults of a run.
 
-use hil_sim::faults::{Injection, Kind, SPECS};
+use hil_sim::faults::{Injection, Kind, SPECS, Target};
 use hil_sim::scenario::Scenario;
 
 use super::dice::Dice;
@@ -19,7 +19,14 @@ pub fn scenario(dice: &mut Dice, seed: u64) -> Scenario {
     scenario.seed = seed;
     let mut at_s = FROM_S;
     while at_s < UNTIL_S {
-        scenario.faults.push(any(dice, at_s));
+        let fault = any(dice, at_s);
+        scenario.faults.push(fault);
+        if matches!(fault.kind, Kind::WireBroken | Kind::ContactsDiffer) {
+            // Contacts that disagreed are trusted again once the button has been tried.
+            let at_s = at_s + fault.for_s.unwrap_or(0.0) + 0.1;
+            let tried = Injection::new(Kind::EStop, Target::Only, at_s);
+            scenario.faults.push(Injection { for_s: Some(0.1), ..tried });
+        }
         if dice.happens(PAIRS) {
             let later_s = dice.between(0.0, 0.05);
             scenario.faults.push(any(dice, at_s + later_s));
@@ -72,7 +79,8 @@ fn severity(plain: &Injection, dice: &mut Dice) -> f64 {
         Kind::TorqueLimit => dice.between(0.0, 1.0),
         Kind::BrakeJammed | Kind::BrakeNoFeedback | Kind::NonFinite => dice.below(2) as f64,
         Kind::Payload => dice.between(-300.0, 300.0),
-        Kind::LateTick => dice.of(&[1.2, 1.5, 5.0, 20.0]),
+        // Later than that is the watchdog's.
+        Kind::LateTick => dice.of(&[1.2, 1.5, 5.0, 10.0]),
         Kind::ClockOff => dice.between(0.97, 1.03),
         Kind::OverBudget => dice.between(0.1, 2.0),
         Kind::HugeError => (26 + dice.below(6)) as f64,

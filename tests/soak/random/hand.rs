@@ -49,6 +49,7 @@ impl Hand {
         match Mode::from_number(last.mode)? {
             Mode::Latched => Some(Command::Clear),
             Mode::Standby => Some(Command::Arm),
+            Mode::Boot => Some(Command::ConfirmPose),
             Mode::Holding if dice.happens(0.4) => {
                 self.wait = 0;
                 self.jog = Some((speeds(dice, 0.05), 2 + dice.below(20) as u32));
