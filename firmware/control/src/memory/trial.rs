@@ -69,8 +69,8 @@ fn overwrite(bad: &mut [u32], good: &[u32]) {
     }
 }
 
-/// Words of the coefficients that a tick without samples sums up: twice this and what it copies cost no more than
-/// the law.
+/// Words of the coefficients summed up in a tick, which then takes no sample and computes no law: it costs no more than
+/// one that does.
 const COEFFICIENTS_PIECE: usize = 25;
 
 /// Search for the good copy of the coefficients, which no tick uses before.
