@@ -6,6 +6,7 @@ mod budget_table;
 use std::collections::BTreeMap;
 
 use budget_table::{Budget, Table};
+use hil_sim::faults::{Injection, Kind, Place, Target};
 use hil_sim::outcome::{Adaptation, Law};
 use hil_sim::scenario::Scenario;
 use tests::image::Image;
@@ -13,7 +14,8 @@ use tests::trace::{Site, Trace};
 use tests::{board, stack};
 
 /// What is searched for the worst tick, 1 s of motion each: every law, profile and tick rate, a load, modes
-/// from boot to the end, refused commands, and a bus that errs now and then or until the controller gives up.
+/// from boot to the end, refused commands, a bus that errs now and then or until the controller gives up, and faults
+/// that each monitor answers.
 fn cases() -> Vec<(String, Scenario)> {
     let shipped = |name: &str| {
         let mut scenario = Scenario::load(name).expect("a shipped scenario");
@@ -29,6 +31,9 @@ fn cases() -> Vec<(String, Scenario)> {
         let mut scenario = shipped(name);
         change(&mut scenario);
         (format!("{name}, {what}"), scenario)
+    };
+    let broken = |what: &str, kind, target| {
+        with("paper", what, &|s| s.faults = vec![Injection::new(kind, target, 0.5)])
     };
     let adapting = |adaptation| move |s: &mut Scenario| s.controller.adaptation = adaptation;
     vec![
@@ -47,6 +52,15 @@ fn cases() -> Vec<(String, Scenario)> {
         with("noisy-bus", "2 %", &|s| s.bus.error_share = 0.02),
         with("noisy-bus", "until safe", &|s| s.bus.error_share = 0.4),
         with("noisy-bus", "paper's psi", &adapting(Adaptation::Paper)),
+        broken("a flipped parameter", Kind::Flip, Target::Place(Place::Arm)),
+        broken("a flipped threshold", Kind::Flip, Target::Place(Place::Threshold)),
+        broken("no encoders", Kind::Dead, Target::Encoders),
+        broken("a stuck encoder", Kind::StuckEncoder, Target::Encoder(1)),
+        broken("a drive without enable", Kind::EnableLost, Target::Joint(1)),
+        broken("an inverted torque", Kind::TorqueInverted, Target::Joint(1)),
+        broken("a late tick", Kind::LateTick, Target::Only),
+        broken("an estimate that is no number", Kind::NonFinite, Target::Joint(1)),
+        broken("an emergency stop", Kind::EStop, Target::Only),
     ]
 }
 

@@ -1,16 +1,17 @@
 //! Parameters with a shadow copy and check sums, and the estimates: what a flipped bit would turn into motion.
 //!
 //! The tick compares the coefficients with their shadow word by word before it uses them. Where they differ,
-//! a CRC-32 says which copy is right; that takes up to two ticks, in which the drives keep their torque.
+//! a CRC-32 says which copy is right; that takes some ticks, in which the drives keep their torque.
 //! The thresholds are compared two words a tick, and summed up over some ticks where they differ.
 
 mod places;
+mod trial;
 
 use core::mem::{offset_of, size_of};
 
 use bytemuck::{Pod, Zeroable};
 use shared::arm::JOINTS;
-use shared::crc32::{continued, crc32};
+use shared::crc32::crc32;
 
 use crate::JointVector;
 use crate::config::Config;
@@ -18,6 +19,8 @@ use crate::dynamics;
 use crate::estimator::{self, Observer};
 use crate::law;
 use crate::monitor::Thresholds;
+
+pub use trial::{Health, Scrub, Search};
 
 /// Gains, limits and arm parameters as a tick uses them.
 #[repr(C)]
@@ -133,31 +136,6 @@ pub struct Memory {
     crc_thresholds: u32,
 }
 
-/// What the check of the parameters says.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Health {
-    /// Both copies agree.
-    Good,
-    /// They differ, and it is not known yet which is right.
-    Unknown,
-    /// They differed; the good one has been restored.
-    Restored,
-    /// Neither is good.
-    Lost,
-}
-
-/// How far the search for the good copy has come.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Search {
-    /// The live copy's fixed part was found damaged.
-    live_is_bad: bool,
-}
-
-impl Search {
-    /// Not begun.
-    pub const NONE: Self = Self { live_is_bad: false };
-}
-
 impl Memory {
     /// Takes a configuration.
     #[inline(never)]
@@ -190,102 +168,13 @@ impl Memory {
         differing == 0
     }
 
-    /// One tick's work towards the good copy, where the two differ: one check sum of the fixed part, or both
-    /// of the law. A single damage takes two ticks at most.
-    #[cold]
-    #[inline(never)]
-    pub fn search(&mut self, search: &mut Search) -> Health {
-        let (live, shadow) = (&mut self.coefficients, &mut self.shadow);
-        if bytemuck::bytes_of(&live.law) != bytemuck::bytes_of(&shadow.law) {
-            let good = |c: &Coefficients| crc32(bytemuck::bytes_of(&c.law)) == self.crc_law;
-            match (good(live), good(shadow)) {
-                (true, _) => shadow.law = live.law,
-                (_, true) => live.law = shadow.law,
-                _ => return Health::Lost,
-            }
-        } else if search.live_is_bad {
-            if crc32(shadow.fixed()) != self.crc_fixed {
-                return Health::Lost;
-            }
-            *live = *shadow;
-        } else if crc32(live.fixed()) == self.crc_fixed {
-            *shadow = *live;
-        } else {
-            search.live_is_bad = true;
-            return Health::Unknown;
-        }
-        *search = Search::NONE;
-        if self.agrees() { Health::Restored } else { Health::Unknown }
-    }
-
     /// Everything in words, for whoever injects faults.
     pub fn as_words_mut(&mut self) -> &mut [u32] {
-        let words: &mut [u32; size_of::<Self>() / 4] = bytemuck::cast_mut(self);
-        words
+        words_mut::<_, { size_of::<Self>() / 4 }>(self)
     }
 }
 
-/// Compares the two copies of the thresholds, two words a tick: at 1 kHz a round takes less than 100 ms. Where they
-/// differ, the live one is summed up piece by piece to see which is right.
-#[derive(Clone, Copy, Debug)]
-pub struct Scrub {
-    /// Two words.
-    pair: usize,
-    /// Bytes of the live copy that a trial has summed up, and their CRC so far; none is under way at 0.
-    summed: usize,
-    crc: u32,
-    /// The shadow has taken the live copy's place already.
-    last: bool,
-}
-
-const PAIRS: usize = size_of::<Thresholds>() / 8;
-const _: () = assert!(PAIRS < 99, "a round must end within 100 ms at 1 kHz");
-/// Bytes summed up in a tick.
-const PIECE: usize = 16;
-
-impl Scrub {
-    /// At the start of a round.
-    pub const NONE: Self = Self { pair: 0, summed: 0, crc: 0, last: false };
-
-    /// Two words on; what is known of the two copies.
-    #[inline(always)]
-    pub fn step(&mut self, memory: &mut Memory) -> Health {
-        let live: &[[u32; 2]; PAIRS] = bytemuck::cast_ref(&memory.thresholds);
-        let shadow: &[[u32; 2]; PAIRS] = bytemuck::cast_ref(&memory.shadow_thresholds);
-        let pair = self.pair;
-        self.pair = if pair + 1 < PAIRS { pair + 1 } else { 0 };
-        if live.get(pair) == shadow.get(pair) && self.summed == 0 {
-            Health::Good
-        } else {
-            self.judge(memory)
-        }
-    }
-
-    /// One piece of a trial on.
-    #[cold]
-    #[inline(never)]
-    fn judge(&mut self, memory: &mut Memory) -> Health {
-        let bytes = bytemuck::bytes_of(&memory.thresholds);
-        let rest = bytes.get(self.summed..).unwrap_or_default();
-        if !rest.is_empty() {
-            self.crc = continued(self.crc, rest.get(..PIECE).unwrap_or(rest));
-            self.summed += PIECE;
-            return Health::Unknown;
-        }
-        let (good, last) = (self.crc == memory.crc_thresholds, self.last);
-        (self.summed, self.crc, self.last) = (0, 0, false);
-        if good {
-            memory.shadow_thresholds = memory.thresholds;
-            return Health::Restored;
-        }
-        if last {
-            return Health::Lost;
-        }
-        // Where the shadow is damaged too, the next trial tells.
-        memory.thresholds = memory.shadow_thresholds;
-        self.crc =
-            continued(0, bytemuck::bytes_of(&memory.thresholds).get(..PIECE).unwrap_or_default());
-        (self.summed, self.last) = (PIECE, true);
-        Health::Unknown
-    }
+/// All of a value as words.
+fn words_mut<T: Pod, const N: usize>(value: &mut T) -> &mut [u32; N] {
+    bytemuck::cast_mut(value)
 }

@@ -28,7 +28,7 @@ use crate::scenario::Scenario;
 
 pub use measure::Reaction;
 pub use pose::{Pose, PoseError};
-pub use table::{HEADER, line, table};
+pub use table::{HEADER, OVERVIEW_HEADER, line, overview, table};
 pub use verdict::{Point, Verdict};
 
 use case::Case;

@@ -21,10 +21,10 @@ pub fn faults(args: &FaultsArgs) -> miette::Result<bool> {
     let campaign = campaign.into_diagnostic()?;
     let page = report::write_campaign(Path::new(FOLDER), &campaign).into_diagnostic()?;
     if args.json {
-        println!("{}", serde_json::to_string(&campaign.json()).into_diagnostic()?);
+        say!("{}", serde_json::to_string(&campaign.json()).into_diagnostic()?);
     } else {
-        print!("{}", campaign::table(&campaign));
-        println!("Report: {}", page.display());
+        say!("{}", campaign::table(&campaign).trim_end());
+        say!("Report: {}", page.display());
     }
     Ok(campaign.passed() == campaign.cells.len())
 }

@@ -32,7 +32,7 @@ struct Both {
 pub fn model(args: &ModelArgs) {
     let both = Both { firmware: firmware_side(args), plant: plant_side(args) };
     if args.json {
-        println!("{}", serde_json::json!(both));
+        say!("{}", serde_json::json!(both));
     } else {
         print_side_by_side(&both);
     }
@@ -116,5 +116,5 @@ fn print_side_by_side(both: &Both) {
             ]);
         }
     }
-    println!("{table}");
+    say!("{table}");
 }

@@ -15,16 +15,16 @@ pub fn pil(args: &PilArgs) -> miette::Result<bool> {
     drop(progress);
     let verdict = verdict.into_diagnostic()?;
     print_outcome(&verdict.outcome);
-    println!("  board's stack: {} bytes used", verdict.stack_bytes);
+    say!("  board's stack: {} bytes used", verdict.stack_bytes);
     match &verdict.difference {
-        None => println!("  bit for bit as in software, {} ticks", verdict.outcome.ticks),
-        Some(difference) => println!("DIFFERENCE at {difference}"),
+        None => say!("  bit for bit as in software, {} ticks", verdict.outcome.ticks),
+        Some(difference) => say!("DIFFERENCE at {difference}"),
     }
     if !args.no_output {
         let folder = args.out.clone().unwrap_or_else(|| default_folder(&scenario));
         let evidence = report::write_evidence(&folder, &verdict.outcome).into_diagnostic()?;
         if let Some(path) = evidence {
-            println!("Evidence: {}", path.display());
+            say!("Evidence: {}", path.display());
         }
     }
     Ok(verdict.difference.is_none() && verdict.outcome.is_good())

@@ -26,12 +26,12 @@ pub fn table3() -> miette::Result<bool> {
         (scenario.controller.law, scenario.controller.adaptation) = (law, adaptation);
         outcomes.push(one(&scenario, true)?);
     }
-    println!("{}", report::table3(&outcomes));
+    say!("{}", report::table3(&outcomes));
     for outcome in &outcomes {
         print_verdict(outcome);
     }
     let page = report::write(&default_folder(&scenario), &outcomes).into_diagnostic()?;
-    println!("Report: {}", page.display());
+    say!("Report: {}", page.display());
     Ok(outcomes.iter().all(Outcome::is_good))
 }
 
@@ -40,7 +40,7 @@ pub fn run(args: &RunArgs) -> miette::Result<bool> {
     let scenario = overridden(&args.choice)?;
     let outcome = one(&scenario, !args.no_output)?;
     if args.json {
-        println!("{}", serde_json::to_string(&outcome).into_diagnostic()?);
+        say!("{}", serde_json::to_string(&outcome).into_diagnostic()?);
     } else {
         print_outcome(&outcome);
     }
@@ -48,9 +48,9 @@ pub fn run(args: &RunArgs) -> miette::Result<bool> {
         let folder = args.out.clone().unwrap_or_else(|| default_folder(&scenario));
         let page = report::write(&folder, std::slice::from_ref(&outcome)).into_diagnostic()?;
         if !args.json {
-            println!("Report: {}", page.display());
+            say!("Report: {}", page.display());
             if outcome.evidence.is_some() {
-                println!("Evidence: {}", folder.join("evidence.csv").display());
+                say!("Evidence: {}", folder.join("evidence.csv").display());
             }
         }
     }
@@ -82,13 +82,13 @@ pub fn default_folder(scenario: &Scenario) -> PathBuf {
 /// Prints metrics and verdict.
 pub fn print_outcome(outcome: &Outcome) {
     let m = &outcome.metrics;
-    println!("{} with {} at {} Hz", outcome.scenario, outcome.label(), outcome.tick_hz);
-    println!("  RMS x, y, z  {:.4e}  {:.4e}  {:.4e} m", m.rms_m[0], m.rms_m[1], m.rms_m[2]);
-    println!("  RSE          {:.4e} m", m.rse_m);
-    println!("  rho          {:.4e} s", m.rho_s);
-    println!("  e_max        {:.4e} m", m.e_max_m);
-    println!("  v_max        {:.4} m/s", m.v_max_m_s);
-    println!("  {} ticks, {:.0} times real time", outcome.ticks, outcome.realtime_factor);
+    say!("{} with {} at {} Hz", outcome.scenario, outcome.label(), outcome.tick_hz);
+    say!("  RMS x, y, z  {:.4e}  {:.4e}  {:.4e} m", m.rms_m[0], m.rms_m[1], m.rms_m[2]);
+    say!("  RSE          {:.4e} m", m.rse_m);
+    say!("  rho          {:.4e} s", m.rho_s);
+    say!("  e_max        {:.4e} m", m.e_max_m);
+    say!("  v_max        {:.4} m/s", m.v_max_m_s);
+    say!("  {} ticks, {:.0} times real time", outcome.ticks, outcome.realtime_factor);
     print_happenings(outcome);
     print_verdict(outcome);
 }
@@ -97,20 +97,20 @@ pub fn print_outcome(outcome: &Outcome) {
 fn print_happenings(outcome: &Outcome) {
     if !outcome.happenings.is_empty() {
         let since = if outcome.start_s.is_some() { "the trajectory's start" } else { "power-up" };
-        println!("  faults, s since {since} (seed {}):", outcome.seed);
+        say!("  faults, s since {since} (seed {}):", outcome.seed);
     }
     for happening in &outcome.happenings {
         let t_s = happening.true_s - outcome.start_s.unwrap_or(0.0);
-        println!("  {t_s:10.4}  {}", happening.event);
+        say!("  {t_s:10.4}  {}", happening.event);
     }
 }
 
 fn print_verdict(outcome: &Outcome) {
     for fault in &outcome.faults {
         let expected = if Some(fault) == outcome.expected.as_ref() { ", as expected" } else { "" };
-        println!("FAULT {}: {fault}, mode {}{expected}", outcome.label(), outcome.mode);
+        say!("FAULT {}: {fault}, mode {}{expected}", outcome.label(), outcome.mode);
     }
     for limit in &outcome.broken_limits {
-        println!("LIMIT {}: {limit}", outcome.label());
+        say!("LIMIT {}: {limit}", outcome.label());
     }
 }

@@ -9,7 +9,7 @@ use super::page::{figure, framed, html_table};
 use super::plot::{self, Curve, PANEL_PX};
 use super::style::{FAILED, LIMIT, PASSED, Stroke};
 use super::{ReportError, at};
-use crate::campaign::{Campaign, Cell, HEADER, Left, line};
+use crate::campaign::{Campaign, Cell, HEADER, Left, OVERVIEW_HEADER, line, overview};
 
 /// Writes `dir`/report.html (the folder is made if missing) and returns its path.
 ///
@@ -42,7 +42,9 @@ fn summary(campaign: &Campaign) -> String {
     let left = campaign.left.iter().map(left).collect::<Vec<_>>();
     let header = ["row", "pose", "why it is left out"].map(String::from);
     let left = if left.is_empty() { String::new() } else { html_table(&header, &left) };
-    format!("<p>{passed} of {total} cells pass, seed {}.</p>\n{left}", campaign.seed)
+    let rows = overview(campaign).into_iter().map(Vec::from).collect::<Vec<_>>();
+    let rows = html_table(&OVERVIEW_HEADER.map(String::from), &rows);
+    format!("<p>{passed} of {total} cells pass, seed {}.</p>\n{rows}{left}", campaign.seed)
 }
 
 /// Two panels a pose, every way of the row in each.

@@ -95,7 +95,7 @@ impl Core {
             self.trace.loose = DRIVEN_TICKS;
         }
         if (self.trace.isolated != 0) | self.trace.soft {
-            state = self.ease(state);
+            self.ease(&mut state);
         }
         let d_hat = self.memory.estimates.d_hat;
         let wanted = law::evaluate(&c.law, &c.dynamics, &state, &d_hat);
@@ -222,7 +222,7 @@ impl Core {
     /// do not answer an acceleration that never comes. Where the arm swings, both gains of the law are halved.
     #[cold]
     #[inline(never)]
-    fn ease(&self, mut state: State) -> State {
+    fn ease(&self, state: &mut State) {
         let (p, d) = if self.trace.soft { (0.25, 0.5) } else { (1.0, 1.0) };
         for j in 0..JOINTS {
             let isolated = self.trace.isolated >> j & 1 != 0;
@@ -230,7 +230,6 @@ impl Core {
             state.e1_dot[j] = if isolated { 0.0 } else { state.e1_dot[j] * d };
             state.qdd_d[j] = if isolated { 0.0 } else { state.qdd_d[j] };
         }
-        state
     }
 
     /// Takes new gains under control; the disturbance estimate takes up what they would change in torque.

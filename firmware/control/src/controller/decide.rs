@@ -93,7 +93,7 @@ impl Core {
     #[cold]
     #[inline(never)]
     pub fn repair(&mut self) {
-        let lost = self.memory.search(&mut self.search) == Health::Lost;
+        let lost = self.search.step(&mut self.memory) == Health::Lost;
         let fault = if lost { Fault::ParametersLost } else { Fault::ParameterFlipped };
         self.findings.raise(Finding::new(fault));
         self.react();

@@ -5,7 +5,6 @@ use shared::fault::{Fault, Limit};
 
 use super::{ADC, Core, DAC, TickInput};
 use crate::estimator::Observer;
-use crate::memory::Memory;
 use crate::monitor::{Elapsed, Finding, Track};
 use crate::supervisor::{ALL, Mode};
 
@@ -34,14 +33,11 @@ impl Core {
     /// Takes the sample of joint `j` one tick after the last.
     #[inline(always)]
     pub fn take(&mut self, j: usize, code: u32, warning: bool) {
-        let limits = &self.memory.thresholds.encoder;
-        let (window, far) = (limits.tight[j], limits.stuck);
         let expected = self.trace.wanted[self.turn & 1][j];
         let distance = self.tracks[j].distance(code, expected);
-        let plain = distance.wrapping_add_unsigned(window) as u32 <= 2 * window
-            && !warning
-            && !self.tracks[j].is_stuck(code, self.trace.aim.position[j], far);
-        if plain || self.believes(j, code, warning, distance) {
+        if (!warning && self.is_plain(j, code, distance))
+            || self.believes(j, code, warning, distance)
+        {
             self.tracks[j].take(code);
             let c = &self.memory.coefficients;
             let observer = &mut self.memory.estimates.observers[j];
@@ -49,6 +45,15 @@ impl Core {
         } else {
             self.go_without(j, 1.0);
         }
+    }
+
+    /// Whether the code of joint `j` is where it is expected and moves as it should; `j` is below `JOINTS`.
+    #[inline(always)]
+    fn is_plain(&mut self, j: usize, code: u32, distance: i32) -> bool {
+        let limits = &self.memory.thresholds.encoder;
+        let (window, far) = (limits.tight[j], limits.stuck);
+        distance.wrapping_add_unsigned(window) as u32 <= 2 * window
+            && !self.tracks[j].is_stuck(code, self.trace.aim.position[j], far)
     }
 
     /// There is no sample of joint `j`, one tick after the last.
@@ -63,29 +68,31 @@ impl Core {
     #[cold]
     #[inline(never)]
     pub fn take_after(&mut self, j: usize, sample: Option<(u32, bool)>, ticks: f32) {
+        let j = j % JOINTS;
+        let known = (self.seen & !self.blind) >> j & 1 != 0;
         let believed = match sample {
             None => {
                 self.miss(j, Fault::EncoderLost);
                 None
             }
             Some((code, warning)) => {
-                let track = self.tracks.get(j).copied().unwrap_or(Track::NONE);
                 // What acceleration leaves open grows with the square of the time.
-                let distance = track.distance_after(code, ticks) as f32 / (1.0 + ticks * ticks);
-                self.believes(j, code, warning, distance as i32).then_some(code)
+                let distance =
+                    self.tracks[j].distance_after(code, ticks) as f32 / (1.0 + ticks * ticks);
+                let distance = distance as i32;
+                let plain = known && !warning && self.is_plain(j, code, distance);
+                (plain || self.believes(j, code, warning, distance)).then_some(code)
             }
         };
-        let (Some(code), Some(track)) = (believed, self.tracks.get_mut(j)) else {
+        let Some(code) = believed else {
             self.go_without(j, ticks);
             return;
         };
-        track.take_after(code, ticks);
+        self.tracks[j].take_after(code, ticks);
         let c = &self.memory.coefficients;
-        let mut observers = self.memory.estimates.observers.iter_mut().zip(&c.scales);
-        if let Some((observer, scale)) = observers.nth(j) {
-            Observer::coast(observer, ticks, 0.0);
-            observer.correct(&c.observer, scale, code);
-        }
+        let observer = &mut self.memory.estimates.observers[j];
+        observer.coast(ticks, 0.0);
+        observer.correct(&c.observer, &c.scales[j], code);
     }
 
     /// The path is a function of time: it goes on by as much as has passed.
@@ -166,6 +173,7 @@ impl Core {
     #[cold]
     #[inline(never)]
     fn believes(&mut self, j: usize, code: u32, warning: bool, distance: i32) -> bool {
+        let j = j % JOINTS;
         let bit = 1 << j;
         if warning {
             self.findings.limit(Limit::EncoderWarning);
@@ -173,18 +181,15 @@ impl Core {
         if self.blind & bit != 0 {
             return false;
         }
-        let Some(track) = self.tracks.get_mut(j) else { return false };
+        let track = &mut self.tracks[j];
         if self.seen & bit == 0 {
             self.seen |= bit;
             *track = Track::at_rest(code);
-            if let Some(observer) = self.memory.estimates.observers.get_mut(j) {
-                *observer = track.observer();
-            }
+            self.memory.estimates.observers[j] = track.observer();
             return true;
         }
-        let target = self.trace.aim.position.get(j).copied().unwrap_or_default();
+        let target = self.trace.aim.position[j];
         let limits = &self.memory.thresholds.encoder;
-        let window = |windows: &[u32; JOINTS]| windows.get(j).copied().unwrap_or_default();
         let patience = if matches!(self.mode, Mode::Holding { .. }) { WATCH_PATIENCE } else { 1 };
         // A joint that is driven away, or swings, stands still at times while the set-point goes on.
         let driven = self.trace.soft || self.trace.loose != 0 || self.trace.isolated != 0;
@@ -196,15 +201,15 @@ impl Core {
             }
             track.excuse(target);
         }
-        if distance.unsigned_abs() <= window(&limits.tight) {
+        if distance.unsigned_abs() <= limits.tight[j] {
             return true;
         }
         let loose = self.is_loose();
-        let Some(track) = self.tracks.get_mut(j) else { return false };
+        let track = &mut self.tracks[j];
         // Where joints need not follow the law, it does not say where to expect them either; what was coasted
         // over since the last believed sample grows with the square of the ticks.
-        let ticks = self.buckets.get(j).map_or(1, |bucket| 1 + u32::from(bucket.level()) / 2);
-        let wide = window(&limits.wide) * ticks * ticks;
+        let ticks = 1 + u32::from(self.buckets[j].level()) / 2;
+        let wide = self.memory.thresholds.encoder.wide[j] * ticks * ticks;
         let possible = loose && track.distance(code, 0.0).unsigned_abs() <= wide;
         // A load drives a joint one way; codes that are off to either side in turn are no motion.
         let driven = self.torques.suspect != 0 || self.trace.isolated != 0;
@@ -226,15 +231,19 @@ impl Core {
     /// Whether joints may move in other ways than the law wants: not under control, against a brake, at a torque limit, with a
     /// torque that differs from its command, without torque, swinging, or while something drives them away.
     fn is_loose(&self) -> bool {
-        let limits = &self.memory.thresholds.torque.speed_error;
-        let driven = self.trace.speed_error.iter().zip(limits).any(|(v, limit)| v.abs() > *limit);
         !self.trace.in_control
-            || !self.mode.follows()
             || self.trace.loose != 0
             || self.torques.suspect != 0
             || self.trace.isolated != 0
             || self.trace.soft
-            || driven
+            || !self.mode.follows()
+            || self.is_driven()
+    }
+
+    /// Whether something drives a joint away.
+    fn is_driven(&self) -> bool {
+        let limits = &self.memory.thresholds.torque.speed_error;
+        self.trace.speed_error.iter().zip(limits).any(|(v, limit)| v.abs() > *limit)
     }
 
     /// Acceleration that the law wanted two ticks ago, word steps a tick².
@@ -294,16 +303,13 @@ impl Core {
         if !self.trace.in_control {
             return;
         }
-        let Memory { estimates, coefficients, .. } = &mut self.memory;
-        let aim = &self.trace.aim;
-        let aims = aim.position.iter().zip(&aim.velocity).zip(&coefficients.scales);
-        let joints = estimates.observers.iter_mut().zip(&mut self.tracks).zip(aims);
-        for (index, ((observer, track), ((position, velocity), scale))) in joints.enumerate() {
-            if index == j {
-                *observer = Observer { position: *position, velocity: scale.words(*velocity) };
-                track.follow(observer);
-            }
-        }
+        let j = j % JOINTS;
+        let (aim, scale) = (&self.trace.aim, &self.memory.coefficients.scales[j]);
+        let velocity = scale.words(aim.velocity[j]);
+        let estimate = Observer { position: aim.position[j], velocity };
+        self.tracks[j].follow(&estimate);
+        let estimates = &mut self.memory.estimates;
+        estimates.observers[j] = estimate;
         estimates.set_d_hat(self.trace.d_old);
     }
 }

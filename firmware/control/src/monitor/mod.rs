@@ -48,13 +48,15 @@ impl Finding {
 pub struct Findings {
     /// The gravest; of equals the first, with the joints of all that are the same.
     pub worst: Finding,
+    /// What that asks for.
+    reaction: Reaction,
     /// One bit a [`Limit`].
     pub limits: u16,
 }
 
 impl Findings {
     /// Nothing found.
-    pub const NONE: Self = Self { worst: Finding::NONE, limits: 0 };
+    pub const NONE: Self = Self { worst: Finding::NONE, reaction: Reaction::None, limits: 0 };
 
     /// Adds a fault.
     #[cold]
@@ -62,8 +64,11 @@ impl Findings {
     pub fn raise(&mut self, finding: Finding) {
         if finding.fault == self.worst.fault {
             self.worst.joints |= finding.joints;
-        } else if Reaction::to(finding.fault) > Reaction::to(self.worst.fault) {
-            self.worst = finding;
+            return;
+        }
+        let reaction = Reaction::to(finding.fault);
+        if reaction > self.reaction {
+            (self.worst, self.reaction) = (finding, reaction);
         }
     }
 

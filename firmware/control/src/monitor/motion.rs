@@ -199,9 +199,6 @@ impl Swing {
 
 /// Joints whose error is beyond its limit, one bit each.
 fn beyond(e1: &JointVector, limits: &[f32; JOINTS]) -> u8 {
-    let mut bits = 0;
-    for (j, (e1, limit)) in e1.iter().zip(limits).enumerate() {
-        bits |= u8::from(e1.abs() > *limit) << j;
-    }
-    bits
+    let bit = |j: usize| u8::from(e1[j].abs() > limits[j]) << j;
+    bit(0) | bit(1) | bit(2) | bit(3)
 }

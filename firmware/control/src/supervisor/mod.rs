@@ -194,7 +194,7 @@ impl Mode {
         Self::Latched { codes: [0; JOINTS], cause: Cause::new(Finding::new(crash)) }
     }
 
-    /// One tick along a trajectory or in place, if there is nothing else to decide.
+    /// One tick along a trajectory or in place, if there is nothing to decide. Needs neither order nor finding.
     #[inline(always)]
     pub fn glides(&mut self, timing: &Timing) -> bool {
         match self {
@@ -204,6 +204,10 @@ impl Mode {
             }
             Self::Holding { ticks, .. } => {
                 timing.watch.advance(ticks);
+                true
+            }
+            Self::Stopping { follower, .. } if !follower.is_level(&timing.pace) => {
+                follower.step();
                 true
             }
             _ => false,
