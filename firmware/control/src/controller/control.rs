@@ -152,11 +152,6 @@ impl Core {
         }
     }
 
-    /// The set-point steps: joints will follow, but not at once.
-    pub(super) fn expect_lag(&mut self) {
-        self.trace.loose = DRIVEN_TICKS;
-    }
-
     /// No torque, and nothing to report of a law.
     #[cold]
     #[inline(never)]

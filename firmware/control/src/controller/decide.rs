@@ -49,12 +49,7 @@ impl Core {
         let boot = self.readiness(input.order, converters);
         // After a crash no boot has found the pose to be the parked one yet.
         let latched = matches!(self.mode, Mode::Latched { .. }) && self.adc_ready;
-        let held = matches!(self.mode, Mode::Holding { .. });
         let refusal = self.tell(input.order, brakes, Some(boot));
-        if held && matches!(self.mode, Mode::Moving(_) | Mode::Jogging { .. }) {
-            // Motions start wherever the watch motion is, and trajectories at the pose that it goes about.
-            self.expect_lag();
-        }
         if input.order.is_some() {
             self.refusal = refusal;
         }
