@@ -226,10 +226,8 @@ fn ten_runs_with_random_faults_and_commands_miss_no_reaction() {
         println!("seed {seed}: {tally:?}");
         complaints.iter().take(5).for_each(|complaint| println!("  {complaint}"));
         wrong += complaints.len();
-        assert!(
-            tally.faults > 40 && tally.demands > 10 && tally.arms > 10,
-            "seed {seed}: {tally:?}"
-        );
     }
     assert_eq!(wrong, 0, "complaints");
+    let busy = |tally: &Tally| tally.faults > 40 && tally.demands > 10 && tally.arms > 10;
+    assert!(runs.iter().all(|(_, (tally, _))| busy(tally)), "too little happened");
 }
