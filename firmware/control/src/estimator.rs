@@ -20,7 +20,7 @@ pub struct Gains {
     /// On the position.
     l1: f32,
     /// On the velocity, per tick.
-    l2: f32,
+    pub(crate) l2: f32,
 }
 
 impl Gains {

@@ -7,7 +7,8 @@ use shared::fault::Fault;
 use super::{Finding, Findings};
 use crate::JointVector;
 use crate::config::Config;
-use crate::estimator::{FRACTION_BITS, Observer, Scale};
+use crate::math::max;
+use crate::estimator::{self, FRACTION_BITS, Observer, Scale};
 
 /// Limits of the motion monitor; joint 4 in m.
 #[repr(C)]
@@ -39,9 +40,10 @@ impl MotionLimits {
         self.lasting = (safety.tracking_s * tick_hz) as u32;
         self.window = safety.error_window;
         self.period = (SWING_S * tick_hz) as u32;
+        let noise = estimator::Gains::new(config.gains.observer_rad_s, tick_hz).l2;
         for (j, joint) in config.joints.iter().enumerate() {
             self.speed[j] = joint.qd_max * safety.overspeed;
-            self.swing[j] = safety.swing[j] + 0.5 * joint.encoder_lsb * tick_hz;
+            self.swing[j] = safety.swing[j] + 2.0 * noise * joint.encoder_lsb * tick_hz;
             // The casts stop at what a word can hold.
             let words = |q: f32| ((q - joint.encoder_zero) / joint.encoder_lsb * WORDS) as u32;
             let over = safety.overtravel[j];
@@ -83,7 +85,7 @@ pub struct Motions {
 impl Motions {
     /// Before the first tick.
     pub const NONE: Self = {
-        let swing = Swing { since: 0, turns: 0, forward: false };
+        let swing = Swing { since: 0, turns: 0, forward: false, peak: 0.0, before: 0.0 };
         Self { turn: 0, fast: [0; JOINTS], swings: [swing; JOINTS], astray: 0 }
     };
 
@@ -163,7 +165,7 @@ impl Motions {
         let (Some(swing), Some(limit)) = (self.swings.get_mut(j), l.swing.get(j)) else {
             return false;
         };
-        if e1_dot.abs() > *limit && swing.turns(e1_dot > 0.0, self.turn, l.period) {
+        if e1_dot.abs() > *limit && swing.turns(e1_dot, self.turn, l.period) {
             findings.raise(Finding::of_joint(Fault::Oscillation, j));
         }
         e1_dot.abs() > DRIVEN * limit
@@ -175,23 +177,33 @@ impl Motions {
 struct Swing {
     /// When it last turned.
     since: usize,
-    /// Turns, each soon after the one before.
+    /// Turns, each soon after the one before and after a half swing that did not die away.
     turns: u8,
     forward: bool,
+    /// Highest error of this half swing and of the one before, rad/s and m/s.
+    peak: f32,
+    before: f32,
 }
 
 /// A joint that has turned this often swings: what a step of the load sets off has died down by then.
 const TURNS: u8 = 6;
+/// Share of the half swing before that one must reach to count: what a step of the set-point sets off rings down faster.
+const LASTS: f32 = 0.85;
 
 impl Swing {
-    /// Takes the direction of a fast error at `tick`; `true` if it has turned too often, each time within `period`.
-    fn turns(&mut self, forward: bool, tick: usize, period: u32) -> bool {
-        let passed = tick.wrapping_sub(self.since);
-        if passed > period as usize {
-            (self.turns, self.since) = (0, tick);
-        } else if forward != self.forward {
-            (self.turns, self.since) = (self.turns.saturating_add(1), tick);
+    /// Takes a fast error at `tick`; `true` if it has turned too often, each time within `period`.
+    fn turns(&mut self, e1_dot: f32, tick: usize, period: u32) -> bool {
+        let forward = e1_dot > 0.0;
+        let late = tick.wrapping_sub(self.since) > period as usize;
+        if late {
+            self.turns = 0;
         }
+        if late || forward != self.forward {
+            let lasts = self.peak >= LASTS * self.before;
+            self.turns = if lasts && !late { self.turns.saturating_add(1) } else { self.turns };
+            (self.before, self.peak, self.since) = (self.peak, 0.0, tick);
+        }
+        self.peak = max(self.peak, e1_dot.abs());
         self.forward = forward;
         self.turns >= TURNS
     }
