@@ -56,6 +56,9 @@ impl Core {
             }
             _ => self.aim(),
         }
+        if self.trace.watch != 0 {
+            self.watch_on();
+        }
         if self.trace.in_control { self.follow(gained) } else { self.rest(gained) }
     }
 
@@ -65,11 +68,27 @@ impl Core {
     fn aim(&mut self) {
         self.trace.adapts = self.mode.adapts();
         self.trace.isolated = self.mode.isolated();
+        if let Mode::Holding { ticks, .. } = self.mode {
+            self.trace.watch = self.memory.thresholds.timing.watch.way_back(ticks);
+        }
         let controls = self.mode.place(&self.memory.thresholds.timing, &mut self.trace.aim);
         if self.trace.in_control && !controls {
             self.trace.forget();
         }
         self.trace.in_control = controls;
+    }
+
+    /// The watch motion of the arm at rest is not broken off: its way back goes on over what follows.
+    #[cold]
+    #[inline(never)]
+    fn watch_on(&mut self) {
+        if matches!(self.mode, Mode::Holding { .. }) {
+            return;
+        }
+        let watch = &self.memory.thresholds.timing.watch;
+        let trace = &mut self.trace;
+        trace.watch = if trace.watch < watch.ticks { trace.watch + 1 } else { 0 };
+        watch.add(trace.watch, &mut trace.aim);
     }
 
     /// The law at the measured state, limited to what the drives may give.

@@ -78,6 +78,8 @@ struct Trace {
     /// Disturbance estimates of 0 to 1 and of 1 to 2 times [`BACKUP_TICKS`] ago, N m and N.
     d_mid: JointVector,
     d_old: JointVector,
+    /// Tick of the watch motion's way back; 0 without one.
+    watch: u32,
     /// Joints without torque, one bit each.
     isolated: u8,
     /// The arm swings: the law is softened.
@@ -106,6 +108,7 @@ impl Trace {
             acting: zero,
             d_mid: zero,
             d_old: zero,
+            watch: 0,
             isolated: 0,
             soft: false,
             in_control: false,

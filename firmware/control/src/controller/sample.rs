@@ -6,14 +6,10 @@ use shared::fault::{Fault, Limit};
 use super::{ADC, Core, DAC, TickInput};
 use crate::estimator::Observer;
 use crate::monitor::{Elapsed, Finding, Track};
-use crate::supervisor::{ALL, Mode};
+use crate::supervisor::ALL;
 
-/// At rest, where the watch motion alone moves a joint, the law's errors are not small against it.
+/// Where the watch motion alone moves a joint, the law's errors are not small against it.
 const WATCH_PATIENCE: u32 = 3;
-/// A trajectory starts at the pose about which the watch motion goes: 48 counts of step, and 8 of motion.
-const START_PATIENCE: u32 = 7;
-/// Ticks after a start in which joints lag behind that step, four time constants of 5 ms at 2 kHz.
-const START_TICKS: u32 = 40;
 
 impl Core {
     /// Begins the samples of a tick; says whether they come one tick after the last ones and of joints that all
@@ -194,11 +190,7 @@ impl Core {
         }
         let target = self.trace.aim.position[j];
         let limits = &self.memory.thresholds.encoder;
-        let patience = match &self.mode {
-            Mode::Holding { .. } => WATCH_PATIENCE,
-            Mode::Moving(motion) if motion.phase.ticks < START_TICKS => START_PATIENCE,
-            _ => 1,
-        };
+        let patience = if self.trace.watch != 0 { WATCH_PATIENCE } else { 1 };
         // A joint that is driven away, or swings, stands still at times while the set-point goes on.
         let driven = self.trace.soft || self.trace.loose != 0 || self.trace.isolated != 0;
         let follows = self.mode.follows() && !driven;

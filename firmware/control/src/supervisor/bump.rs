@@ -46,20 +46,27 @@ impl Bump {
         *tick = if *tick < self.ticks { *tick + 1 } else { 1 };
     }
 
-    /// Puts the set-point this many ticks after the motion began at `pose` where it is wanted.
+    /// The tick at which the motion is where it is at `tick`, but on its way back; 0 before it has begun.
+    pub fn way_back(&self, tick: u32) -> u32 {
+        let mirrored = self.ticks.saturating_sub(tick);
+        if tick == 0 || tick > mirrored { tick } else { mirrored }
+    }
+
+    /// Adds the motion, this many ticks after it began, to a set-point.
     #[inline(never)]
-    pub fn place(&self, pose: &[u32; JOINTS], tick: u32, to: &mut SetPoint) {
-        // At its start and end x is 0 or 1 but for rounding, and the arm stands still.
-        let inside = tick != 0 && tick < self.ticks;
-        let x = if inside { tick as f32 * self.per_tick } else { 0.0 };
+    pub fn add(&self, tick: u32, to: &mut SetPoint) {
+        if tick == 0 || tick >= self.ticks {
+            return;
+        }
+        let x = tick as f32 * self.per_tick;
         let y = x * (1.0 - x);
         let (s, ds, dds) = (16.0 * y * y, 32.0 * y * (1.0 - 2.0 * x), 32.0 * (1.0 - 6.0 * y));
-        let dds = if inside { dds } else { 0.0 };
         let (ds, dds) = (ds * self.per_s, dds * (self.per_s * self.per_s));
-        for (j, origin) in pose.iter().enumerate() {
-            to.position[j] = origin.wrapping_add_signed(round_to_i32(self.words[j] * s));
-            to.velocity[j] = self.si[j] * ds;
-            to.acceleration[j] = self.si[j] * dds;
+        for j in 0..JOINTS {
+            let way = round_to_i32(self.words[j] * s);
+            to.position[j] = to.position[j].wrapping_add_signed(way);
+            to.velocity[j] += self.si[j] * ds;
+            to.acceleration[j] += self.si[j] * dds;
         }
     }
 }

@@ -80,8 +80,15 @@ impl Mode {
         // A set-point that no control error explains is not trusted either.
         let trusted = finding.fault != Fault::ErrorWindow;
         let mut at = SetPoint::default();
-        let known = self.place(timing, &mut at) && trusted;
-        if known { at.position } else { measured(events) }
+        let known = match self {
+            // What is left of the watch motion goes on by itself.
+            Self::Holding { pose, .. } => {
+                at.position = *pose;
+                true
+            }
+            _ => self.place(timing, &mut at),
+        };
+        if known && trusted { at.position } else { measured(events) }
     }
 
     /// Why the arm stops, or stopped.
@@ -123,6 +130,10 @@ impl Mode {
                     follower.turn(0, pace);
                 }
                 (Path::Line(*line), *follower)
+            }
+            Self::Holding { pose, .. } if finding.fault != Fault::ErrorWindow => {
+                let follower = Follower::new(Phase::default(), Rate::ZERO, 0, pace);
+                (Path::Line(Line { origin: *pose, ..Line::default() }), follower)
             }
             // Where the set-point cannot be trusted, the stop goes on from what is measured.
             _ => {

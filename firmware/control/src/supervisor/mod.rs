@@ -251,12 +251,16 @@ impl Mode {
     pub fn place(&self, timing: &Timing, to: &mut SetPoint) -> bool {
         let pace = &timing.pace;
         match self {
-            Self::Holding { pose, ticks } => timing.watch.place(pose, *ticks, to),
+            Self::Holding { pose, ticks } => {
+                *to = SetPoint::hold(*pose);
+                timing.watch.add(*ticks, to);
+            }
             Self::Arming { open, pose, .. } => {
-                timing.test.place(pose, open.saturating_sub(timing.calm), to);
+                *to = SetPoint::hold(*pose);
+                timing.test.add(open.saturating_sub(timing.calm), to);
             }
             Self::BrakeHold { pose, .. } | Self::Lowering { pose, motion: None, .. } => {
-                timing.test.place(pose, 0, to);
+                *to = SetPoint::hold(*pose);
             }
             Self::Jogging { line, follower, .. } => {
                 line.place(follower.phase(pace), follower.rate(pace), to);
