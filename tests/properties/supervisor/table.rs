@@ -179,3 +179,20 @@ fn a_stop_at_the_end_of_a_jog_never_turns_back() {
         }
     }
 }
+
+/// What the arm did while the emergency stop was pressed is no slip that lowers it when the button is let go.
+#[test]
+fn letting_go_of_the_emergency_stop_moves_nothing() {
+    for mode in [ModeCode::Standby, ModeCode::Latched] {
+        let mut world = in_mode(mode);
+        world.stop_released = false;
+        world.slip = 1_000;
+        (0..100).for_each(|_| _ = world.tick(None));
+        world.stop_released = true;
+        (0..100).for_each(|_| _ = world.tick(None));
+        assert_eq!(world.code(), mode);
+        world.slip = 2_000;
+        world.tick(None);
+        assert_eq!(world.code(), ModeCode::Lowering, "a slip after that");
+    }
+}

@@ -201,6 +201,10 @@ impl Mode {
                 }
             }
             Self::Holding { ticks, .. } => timing.watch.advance(ticks),
+            // Letting go of the emergency stop must move nothing, whatever the arm did meanwhile.
+            Self::Standby { codes } | Self::Latched { codes, .. } if !events.stop_released => {
+                *codes = events.codes;
+            }
             Self::Standby { .. } | Self::Latched { .. } => {}
         }
     }
