@@ -78,9 +78,8 @@ impl Table {
         self.each("tight", window(config.safety.unforeseen));
         self.each("wide", window(config.safety.violent));
         let stuck = match config.gains.law {
-            Law::INERTIA_WEIGHTED => 8.0,
             Law::PD => 1_024.0,
-            _ => 32.0,
+            _ => 40.0,
         };
         self.one("stuck", Word::Cut(stuck * 64.0));
         self.each("per_acceleration", |j| Word::Float(64.0 / per_count[j]));
@@ -107,9 +106,10 @@ impl Table {
         self.floats("tracking", s.tracking);
         self.one("lasting error", Word::Cut(f64::from(s.tracking_s) * self.hz));
         self.floats("error window", s.error_window);
-        // Half a count a tick is what quantisation leaves of a speed.
-        let hz = self.hz;
-        self.each("swing", |j| Word::Float(f64::from(s.swing[j]) + 0.5 * LSB[j] * hz));
+        // A count moves the observed speed by the observer's second gain, (1 - p)^2 counts a tick.
+        let gain = 1.0 - (-f64::from(config.gains.observer_rad_s) / self.hz).exp();
+        let count = LSB.map(|lsb| gain * gain * lsb * self.hz);
+        self.each("swing", |j| Word::Float(f64::from(s.swing[j]) + 2.0 * count[j]));
         self.one("period", Word::Cut(0.05 * self.hz));
     }
 
@@ -132,7 +132,7 @@ impl Table {
         self.ticks("brake open", s.brake_open_s);
         self.ticks("calm", 0.1);
         self.bump(s.test_move_s.into(), s.test_move.map(f64::from));
-        // Twice the 24 counts that tell a stuck encoder at rest, none where it would show.
+        // More than the 40 counts that tell a stuck encoder, none where it would show.
         let watch = LSB.map(|lsb| if 48.0 * lsb <= 2e-5 { 48.0 * lsb } else { 0.0 });
         self.bump(0.1, watch);
         let stop_s = f64::from(s.stop_s);

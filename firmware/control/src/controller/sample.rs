@@ -8,8 +8,9 @@ use crate::estimator::Observer;
 use crate::monitor::{Elapsed, Finding, Track};
 use crate::supervisor::ALL;
 
-/// Where the watch motion alone moves a joint, the law's errors are not small against it.
-const WATCH_PATIENCE: u32 = 3;
+/// Ticks² of the set-point's acceleration that a joint may lag behind: the delay of 1.5 ticks over the law's
+/// 0.2 a tick is 7.5, twice that where it turns, and a fourfold margin.
+const LAG_TICKS2: f32 = 64.0;
 
 impl Core {
     /// Begins the samples of a tick; says whether they come one tick after the last ones and of joints that all
@@ -190,11 +191,12 @@ impl Core {
         }
         let target = self.trace.aim.position[j];
         let limits = &self.memory.thresholds.encoder;
-        let patience = if self.trace.watch != 0 { WATCH_PATIENCE } else { 1 };
         // A joint that is driven away, or swings, stands still at times while the set-point goes on.
         let driven = self.trace.soft || self.trace.loose != 0 || self.trace.isolated != 0;
         let follows = self.mode.follows() && !driven;
-        if track.is_stuck(code, target, limits.stuck * patience) {
+        // While the set-point accelerates, joints lag behind it.
+        let lag = self.trace.aim.acceleration[j].abs() * limits.per_acceleration[j] * LAG_TICKS2;
+        if track.is_stuck(code, target, limits.stuck + lag as u32) {
             if follows {
                 self.miss(j, Fault::EncoderStuck);
                 return false;

@@ -7,8 +7,8 @@ use shared::fault::Fault;
 use super::{Finding, Findings};
 use crate::JointVector;
 use crate::config::Config;
-use crate::math::max;
 use crate::estimator::{self, FRACTION_BITS, Observer, Scale};
+use crate::math::max;
 
 /// Limits of the motion monitor; joint 4 in m.
 #[repr(C)]

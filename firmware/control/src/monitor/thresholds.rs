@@ -28,14 +28,12 @@ pub struct EncoderLimits {
 /// Quantisation of three codes and the step of the model: half a count each, twice the middle one, and the
 /// rounding of two predictions; doubled.
 const QUANTISATION: f32 = 8.0;
-/// A joint that the inertia-weighted law moves follows its set-point within a few counts; the other laws lag
-/// behind by up to 24 (fixed gains, psi) and 600 counts (PD) before a joint moves at all, in any shipped
-/// scenario at 1 to 8 kHz.
+/// A joint lags behind its set-point by some counts while the law learns its load, so that where it turns the set-point
+/// is back by twice as many before the joint moves again; the PD lags by up to 600.
 const fn stuck_counts(law: Law) -> u32 {
     match law {
-        Law::INERTIA_WEIGHTED => 8,
         Law::PD => 1_024,
-        _ => 32,
+        _ => 40,
     }
 }
 const WORDS: f32 = (1 << FRACTION_BITS) as f32;

@@ -54,7 +54,7 @@ const SLIP_MIN_COUNTS: u32 = 4;
 
 /// Duration of the watch motion, s: a stuck encoder is told within half of it.
 const WATCH_S: f32 = 0.1;
-/// Its amplitude, counts: twice the 24 that tell a stuck encoder at rest.
+/// Its amplitude, counts: more than the 40 that tell a stuck encoder.
 const WATCH_COUNTS: f32 = 48.0;
 /// Its largest amplitude, rad and m: 0.1 mm at the tip.
 const WATCH_MAX: f32 = 2e-5;
