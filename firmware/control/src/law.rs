@@ -101,14 +101,18 @@ impl Coefficients {
     }
 }
 
-/// Evaluates the law. `d_hat` is the estimate before this tick's step (Eq 18 uses d_hat_k); the PD's stays as it is.
+/// Evaluates the law. `d_hat` is the estimate before this tick's step (Eq 18 uses d_hat_k); the PD has none.
 #[inline(always)]
 pub fn evaluate(c: &Coefficients, arm: &Constants, s: &State, d_hat: &JointVector) -> Wanted {
     let terms = arm.at(&s.q);
     let bias = terms.coriolis(&s.qd) + terms.gravity();
+    if c.law == Law::PD {
+        let acceleration = s.qdd_d - c.k1.component_mul(&s.e1_dot) - c.k2.component_mul(&s.e1);
+        let torque = terms.inertia_times(&acceleration) + bias;
+        return Wanted { torque, acceleration, adaptation: zero() };
+    }
     let z = c.k1.component_mul(&s.e1) + s.e1_dot;
-    let error = if c.law == Law::PD { &s.e1 } else { &z };
-    let acceleration = s.qdd_d - c.k1.component_mul(&s.e1_dot) - c.k2.component_mul(error);
+    let acceleration = s.qdd_d - c.k1.component_mul(&s.e1_dot) - c.k2.component_mul(&z);
     Wanted {
         torque: terms.inertia_times(&acceleration) + bias + d_hat,
         acceleration,
