@@ -5,3 +5,4 @@ mod modes;
 mod repeatability;
 mod stops;
 mod tracking;
+mod watch;

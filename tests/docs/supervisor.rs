@@ -75,7 +75,7 @@ fn modes(config: &Config, timing: &Timing) -> Vec<(&'static str, Mode)> {
         ("Standby", Mode::Standby { codes }),
         ("Arming, first 20 ms", arming(timing.preload - 1)),
         ("Arming, later", arming(timing.preload)),
-        ("Holding", Mode::Holding { pose, ticks: 0 }),
+        ("Holding", Mode::Holding { pose }),
         ("Moving", Mode::Moving(motion)),
         ("Jogging", Mode::Jogging { line, follower, quiet: 0 }),
         ("Stopping", Mode::Stopping { path: Path::Line(line), follower, cause }),

@@ -23,7 +23,8 @@ use crate::{JointMatrix, JointVector};
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Coefficients {
-    law: Law,
+    /// Which law.
+    pub law: Law,
     /// K1, or the PD's Kd.
     k1: JointVector,
     /// K2, or the PD's Kp.

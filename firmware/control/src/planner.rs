@@ -187,8 +187,9 @@ impl Planner {
         let motion = self.planned(trajectory, ticks);
         let share = f32::from(trajectory.speed_limit_percent) * 0.01;
         let share = if share > 1.0 { 1.0 } else { share };
-        if motion.peak_speed().iter().zip(&self.ranges).any(|(v, range)| *v > range.qd_max * share)
-        {
+        let (amplitude, times) = motion.peak();
+        let fast = |(a, range): (&f32, &Range)| a.abs() * times > range.qd_max * share;
+        if amplitude.iter().zip(&self.ranges).any(fast) {
             return Err(Refusal::TooFast);
         }
         put(order, Order::Start(motion))

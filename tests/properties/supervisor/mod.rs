@@ -87,7 +87,7 @@ impl World {
     /// A short motion from where the arm is held.
     fn motion(&self) -> Motion {
         let origin_q6 = match self.mode {
-            Mode::Holding { pose, .. } => pose,
+            Mode::Holding { pose } => pose,
             _ => self.observers.map(|o| o.position),
         };
         motion(&Trajectory { origin_q6, ..path(Profile::Quintic, 0.1, [1e-4; JOINTS]) })

@@ -212,7 +212,13 @@ impl Judge {
         if now != last {
             self.since = self.tally.ticks;
             self.tally.stops += u32::from(now == Mode::Latched);
-            if !follows(last, now) {
+            // What is found after a mode's turn is reacted to in the same tick.
+            let reacts =
+                matches!(now, Mode::Stopping | Mode::BrakeHold | Mode::TorqueOff | Mode::Latched);
+            let by_way = (0..=u8::MAX)
+                .filter_map(Mode::from_number)
+                .any(|way| follows(last, way) && follows(way, now));
+            if !(follows(last, now) || reacts && by_way) {
                 self.complain(frame, format!("comes after {last:?}"));
             }
         }
@@ -280,9 +286,10 @@ impl Judge {
         }
     }
 
-    /// Twenty ticks after the joint has moved by more than a code may stand still, even at rest.
+    /// A round of the watch motion after the joint has moved by more than a code may stand still, even at rest.
     fn judge_stuck(&mut self, frame: &Frame) {
         const WAY: [f64; JOINTS] = [6e-6, 6e-6, 6e-6, 3e-6];
+        const ROUND: u64 = 200;
         let step = self.step;
         if !goes(mode_of(frame)) {
             self.tally.demands += u32::from(self.stuck.iter().any(|(_, _, since)| since.is_some()));
@@ -292,7 +299,7 @@ impl Judge {
         for (j, from, since) in &mut self.stuck {
             if (frame.q[*j] - *from).abs() > WAY[*j] {
                 let since = *since.get_or_insert(step);
-                missed = (step == since + 20).then_some(*j).or(missed);
+                missed = (step == since + ROUND).then_some(*j).or(missed);
             }
         }
         if let Some(j) = missed {

@@ -56,10 +56,12 @@ impl Core {
             }
             _ => self.aim(),
         }
-        if self.trace.watch != 0 {
-            self.watch_on();
+        if self.trace.in_control {
+            self.watch();
+            self.follow(gained)
+        } else {
+            self.rest(gained)
         }
-        if self.trace.in_control { self.follow(gained) } else { self.rest(gained) }
     }
 
     /// Puts the set-point of any mode where the law finds it.
@@ -68,9 +70,6 @@ impl Core {
     fn aim(&mut self) {
         self.trace.adapts = self.mode.adapts();
         self.trace.isolated = self.mode.isolated();
-        if let Mode::Holding { ticks, .. } = self.mode {
-            self.trace.watch = self.memory.thresholds.timing.watch.way_back(ticks);
-        }
         let controls = self.mode.place(&self.memory.thresholds.timing, &mut self.trace.aim);
         if self.trace.in_control && !controls {
             self.trace.forget();
@@ -78,17 +77,29 @@ impl Core {
         self.trace.in_control = controls;
     }
 
-    /// The watch motion of the arm at rest is not broken off: its way back goes on over what follows.
-    #[cold]
-    #[inline(never)]
-    fn watch_on(&mut self) {
-        if matches!(self.mode, Mode::Holding { .. }) {
-            return;
-        }
+    /// Moves joints that stand a little, so that their encoders show that they are alive. A round is never broken off,
+    /// whatever the mode becomes.
+    #[inline(always)]
+    fn watch(&mut self) {
         let watch = &self.memory.thresholds.timing.watch;
         let trace = &mut self.trace;
-        trace.watch = if trace.watch < watch.ticks { trace.watch + 1 } else { 0 };
-        watch.add(trace.watch, &mut trace.aim);
+        trace.watch += 1;
+        if trace.watch >= watch.ticks {
+            trace.watch = 0;
+            trace.watched = self.mode.standing(watch);
+        }
+        if trace.watched != 0 {
+            watch.add(trace.watch, trace.watched, &mut trace.aim);
+        }
+    }
+
+    /// The mode has changed: it finds the watch motion on its way back, or begins one.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn rewatch(&mut self) {
+        let watch = &self.memory.thresholds.timing.watch;
+        let trace = &mut self.trace;
+        trace.watch = if trace.watched == 0 { watch.ticks } else { watch.way_back(trace.watch) };
     }
 
     /// The law at the measured state, limited to what the drives may give.

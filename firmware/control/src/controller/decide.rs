@@ -1,5 +1,7 @@
 //! The supervisor's turn in a tick.
 
+use core::mem::discriminant;
+
 use shared::fault::{Fault, Refusal};
 
 use super::{Core, TickInput};
@@ -49,7 +51,11 @@ impl Core {
         let boot = self.readiness(input.order, converters);
         // After a crash no boot has found the pose to be the parked one yet.
         let latched = matches!(self.mode, Mode::Latched { .. }) && self.adc_ready;
+        let before = discriminant(&self.mode);
         let refusal = self.tell(input.order, brakes, Some(boot));
+        if discriminant(&self.mode) != before {
+            self.rewatch();
+        }
         if input.order.is_some() {
             self.refusal = refusal;
         }

@@ -78,8 +78,10 @@ struct Trace {
     /// Disturbance estimates of 0 to 1 and of 1 to 2 times [`BACKUP_TICKS`] ago, N m and N.
     d_mid: JointVector,
     d_old: JointVector,
-    /// Tick of the watch motion's way back; 0 without one.
+    /// Ticks since the present round of the watch motion began.
     watch: u32,
+    /// Joints that it moves, one bit each.
+    watched: u8,
     /// Joints without torque, one bit each.
     isolated: u8,
     /// The arm swings: the law is softened.
@@ -109,6 +111,7 @@ impl Trace {
             d_mid: zero,
             d_old: zero,
             watch: 0,
+            watched: 0,
             isolated: 0,
             soft: false,
             in_control: false,

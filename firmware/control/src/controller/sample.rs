@@ -4,6 +4,7 @@ use shared::arm::JOINTS;
 use shared::fault::{Fault, Limit};
 
 use super::{ADC, Core, DAC, TickInput};
+use crate::config::Law;
 use crate::estimator::Observer;
 use crate::monitor::{Elapsed, Finding, Track};
 use crate::supervisor::ALL;
@@ -11,6 +12,9 @@ use crate::supervisor::ALL;
 /// Ticks² of the set-point's acceleration that a joint may lag behind: the delay of 1.5 ticks over the law's
 /// 0.2 a tick is 7.5, twice that where it turns, and a fourfold margin.
 const LAG_TICKS2: f32 = 64.0;
+/// Share of the watch motion's duration within which any motion of the set-point is followed: 25 ms, five time
+/// constants of the laws' 200 rad/s.
+const STALLED: u32 = 4;
 
 impl Core {
     /// Begins the samples of a tick; says whether they come one tick after the last ones and of joints that all
@@ -51,10 +55,9 @@ impl Core {
     /// Whether the code of joint `j` is where it is expected and moves as it should; `j` is below `JOINTS`.
     #[inline(always)]
     fn is_plain(&mut self, j: usize, code: u32, distance: i32) -> bool {
-        let limits = &self.memory.thresholds.encoder;
-        let (window, far) = (limits.tight[j], limits.stuck);
+        let window = self.memory.thresholds.encoder.tight[j];
         distance.wrapping_add_unsigned(window) as u32 <= 2 * window
-            && !self.tracks[j].is_stuck(code, self.trace.aim.position[j], far)
+            && !self.tracks[j].stands(code, self.trace.aim.position[j])
     }
 
     /// There is no sample of joint `j`, one tick after the last.
@@ -190,18 +193,22 @@ impl Core {
             return true;
         }
         let target = self.trace.aim.position[j];
-        let limits = &self.memory.thresholds.encoder;
+        let (limits, timing) = (&self.memory.thresholds.encoder, &self.memory.thresholds.timing);
+        // The other laws let errors grow while they learn a load, or for good.
+        let learns = self.memory.coefficients.law.law == Law::INERTIA_WEIGHTED;
+        let patience = if learns { timing.watch.ticks / STALLED } else { u32::MAX };
         // A joint that is driven away, or swings, stands still at times while the set-point goes on.
         let driven = self.trace.soft || self.trace.loose != 0 || self.trace.isolated != 0;
         let follows = self.mode.follows() && !driven;
         // While the set-point accelerates, joints lag behind it.
         let lag = self.trace.aim.acceleration[j].abs() * limits.per_acceleration[j] * LAG_TICKS2;
-        if track.is_stuck(code, target, limits.stuck + lag as u32) {
-            if follows {
+        if track.stands(code, target) {
+            if !follows {
+                track.excuse(target);
+            } else if track.is_stuck(target, limits.stuck + lag as u32, patience) {
                 self.miss(j, Fault::EncoderStuck);
                 return false;
             }
-            track.excuse(target);
         }
         if distance.unsigned_abs() <= limits.tight[j] {
             return true;

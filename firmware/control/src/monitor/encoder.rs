@@ -11,6 +11,9 @@ use crate::math::round_to_i32;
 
 /// A code within this of an earlier one has not moved, counts: both may be one off.
 const STILL_COUNTS: u32 = 2;
+/// Way of the set-point that a code follows at last, counts: [`STILL_COUNTS`], one of rounding, and as much again.
+const NEAR_COUNTS: u32 = 6;
+const NEAR: u32 = NEAR_COUNTS << FRACTION_BITS;
 /// Ticks within which [`MANY`] implausible samples condemn an encoder.
 const RECENT_TICKS: u32 = 10;
 /// See [`RECENT_TICKS`].
@@ -25,6 +28,8 @@ pub struct Track {
     step: i32,
     /// Code and set-point when the code last moved.
     still: (u32, u32),
+    /// Ticks for which the set-point has been further away than then.
+    stalled: u32,
     /// Ticks of the last implausible samples.
     rejected: [u32; MANY - 1],
     /// The last code that was off was too far up.
@@ -34,7 +39,7 @@ pub struct Track {
 impl Track {
     /// Of an encoder that gave no sample yet.
     pub const NONE: Self =
-        Self { code: 0, step: 0, still: (0, 0), rejected: [0; MANY - 1], above: false };
+        Self { code: 0, step: 0, still: (0, 0), stalled: 0, rejected: [0; MANY - 1], above: false };
 
     /// At rest at `code`.
     pub fn at_rest(code: u32) -> Self {
@@ -92,20 +97,34 @@ impl Track {
         Observer { position: self.code << FRACTION_BITS, velocity: words }
     }
 
-    /// Whether `code` stands still while the set-point, a position word, moves by more than `far`, word steps.
+    /// Whether `code` stands still and the set-point, a position word, is somewhere else by now.
     #[inline(always)]
-    pub fn is_stuck(&mut self, code: u32, set_point: u32, far: u32) -> bool {
+    pub fn stands(&mut self, code: u32, set_point: u32) -> bool {
         let (still, since) = self.still;
         if code.wrapping_sub(still).wrapping_add(STILL_COUNTS) > 2 * STILL_COUNTS {
             self.still = (code, set_point);
+            self.stalled = 0;
             return false;
         }
-        set_point.wrapping_sub(since).wrapping_add(far) > 2 * far
+        set_point.wrapping_sub(since).wrapping_add(NEAR) > 2 * NEAR
+    }
+
+    /// Whether a code that stands has let the set-point get away for more than `ticks`, or by more than `far`, word
+    /// steps.
+    pub fn is_stuck(&mut self, set_point: u32, far: u32, ticks: u32) -> bool {
+        let (still, since) = self.still;
+        let way = set_point.wrapping_sub(since);
+        let error = |of: u32| (of.wrapping_sub(still << FRACTION_BITS) as i32).unsigned_abs();
+        // A joint whose error fades may stand for long; that of a dead encoder grows.
+        let grows = error(set_point) > error(since) + NEAR;
+        self.stalled = if grows { self.stalled + 1 } else { 0 };
+        self.stalled > ticks || way.wrapping_add(far) > 2 * far
     }
 
     /// The set-point may have moved without the joint so far.
     pub fn excuse(&mut self, set_point: u32) {
         self.still = (self.code, set_point);
+        self.stalled = 0;
     }
 
     /// Takes the side to which a code is off; `true` if it is another than the last time.
@@ -157,18 +176,33 @@ mod tests {
         assert_eq!(track.observer().velocity, 510.0 * 64.0);
     }
 
+    /// Position word this many counts above 1000.
+    fn moved(counts: i32) -> u32 {
+        1_000_u32.wrapping_add_signed(counts) << FRACTION_BITS
+    }
+
     #[test]
-    fn only_a_code_that_stands_while_the_set_point_leaves_is_stuck() {
+    fn only_a_code_that_the_set_point_leaves_stands() {
         let mut track = Track::at_rest(1_000);
-        let start = 1_000 << FRACTION_BITS;
-        let far = 8 << FRACTION_BITS;
-        let moved = |counts: u32| start + (counts << FRACTION_BITS);
-        assert!(!track.is_stuck(1_001, moved(8), far));
-        assert!(track.is_stuck(998, moved(9), far));
-        assert!(track.is_stuck(1_002, start.wrapping_sub(9 << FRACTION_BITS), far));
-        assert!(!track.is_stuck(1_003, moved(9), far));
-        assert!(!track.is_stuck(1_004, moved(17), far));
-        assert!(track.is_stuck(1_003, moved(18), far));
+        assert!(!track.stands(1_001, moved(6)));
+        assert!(track.stands(998, moved(7)));
+        assert!(track.stands(1_002, moved(-7)));
+        assert!(!track.stands(1_003, moved(9)));
+        assert!(!track.stands(1_004, moved(15)));
+        assert!(track.stands(1_003, moved(16)));
+    }
+
+    #[test]
+    fn a_code_that_stands_far_behind_or_for_long_is_stuck() {
+        let mut track = Track::at_rest(1_000);
+        let far = 40 << FRACTION_BITS;
+        assert!(!track.is_stuck(moved(40), far, 9));
+        assert!(track.is_stuck(moved(41), far, 9));
+        assert!(track.is_stuck(moved(-41), far, 9));
+        assert!((4..=9).all(|_| !track.is_stuck(moved(7), far, 9)));
+        assert!(track.is_stuck(moved(7), far, 9));
+        assert!(!track.stands(1_003, moved(7)));
+        assert!(!track.is_stuck(moved(14), far, 9));
     }
 
     #[test]

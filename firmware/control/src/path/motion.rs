@@ -49,10 +49,9 @@ impl Motion {
         }
     }
 
-    /// Highest speed of each joint, rad/s and m/s.
-    pub fn peak_speed(&self) -> [f32; JOINTS] {
-        let peak = self.trajectory.profile.peak_rate() * self.rate;
-        self.amplitude.map(|a| a.abs() * peak)
+    /// Amplitudes, and how many times them the joints' highest speeds are, rad/s and m/s.
+    pub fn peak(&self) -> (&[f32; JOINTS], f32) {
+        (&self.amplitude, self.trajectory.profile.peak_rate() * self.rate)
     }
 
     /// Duration, ticks.

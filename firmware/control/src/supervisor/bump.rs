@@ -8,6 +8,10 @@ use crate::estimator::FRACTION_BITS;
 use crate::math::round_to_i32;
 use crate::path::SetPoint;
 
+/// A joint at this many amplitudes a second or less hardly moves: the motion's own highest speed is half as high
+/// again (16/9 √3 amplitudes in half its duration).
+const SLOW_PER_S: f32 = 250.0;
+
 /// Duration and amplitudes of such a motion.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -40,21 +44,27 @@ impl Bump {
         }
     }
 
-    /// One tick on, where such motions follow each other.
-    #[inline(always)]
-    pub fn advance(&self, tick: &mut u32) {
-        *tick = if *tick < self.ticks { *tick + 1 } else { 1 };
-    }
-
-    /// The tick at which the motion is where it is at `tick`, but on its way back; 0 before it has begun.
+    /// The tick at which the motion is where it is at `tick`, but on its way back.
     pub fn way_back(&self, tick: u32) -> u32 {
         let mirrored = self.ticks.saturating_sub(tick);
-        if tick == 0 || tick > mirrored { tick } else { mirrored }
+        if tick > mirrored { tick } else { mirrored }
     }
 
-    /// Adds the motion, this many ticks after it began, to a set-point.
+    /// Joints that move less than this motion would make them, given so many times their highest speeds, rad/s and m/s;
+    /// one bit each.
+    pub fn outdoes(&self, speed: &[f32; JOINTS], times: f32) -> u8 {
+        let pairs = speed.iter().zip(&self.si).enumerate();
+        pairs.fold(
+            0,
+            |bits, (j, (v, a))| {
+                if v.abs() * times <= a * SLOW_PER_S { bits | 1 << j } else { bits }
+            },
+        )
+    }
+
+    /// Adds the motion of these joints, this many ticks after it began, to a set-point.
     #[inline(never)]
-    pub fn add(&self, tick: u32, to: &mut SetPoint) {
+    pub fn add(&self, tick: u32, joints: u8, to: &mut SetPoint) {
         if tick == 0 || tick >= self.ticks {
             return;
         }
@@ -63,6 +73,9 @@ impl Bump {
         let (s, ds, dds) = (16.0 * y * y, 32.0 * y * (1.0 - 2.0 * x), 32.0 * (1.0 - 6.0 * y));
         let (ds, dds) = (ds * self.per_s, dds * (self.per_s * self.per_s));
         for j in 0..JOINTS {
+            if joints >> j & 1 == 0 {
+                continue;
+            }
             let way = round_to_i32(self.words[j] * s);
             to.position[j] = to.position[j].wrapping_add_signed(way);
             to.velocity[j] += self.si[j] * ds;

@@ -29,7 +29,7 @@ impl Mode {
                 *self = Self::Arming { ticks: 0, open: 0, pose, began: pose };
             }
             ModeCode::Holding => {
-                *self = Self::Holding { pose: self.pose(finding, timing, events), ticks: 0 };
+                *self = Self::Holding { pose: self.pose(finding, timing, events) };
             }
             ModeCode::Moving => {
                 if let Some(Order::Start(motion)) = events.order {
@@ -80,15 +80,7 @@ impl Mode {
         // A set-point that no control error explains is not trusted either.
         let trusted = finding.fault != Fault::ErrorWindow;
         let mut at = SetPoint::default();
-        let known = match self {
-            // What is left of the watch motion goes on by itself.
-            Self::Holding { pose, .. } => {
-                at.position = *pose;
-                true
-            }
-            _ => self.place(timing, &mut at),
-        };
-        if known && trusted { at.position } else { measured(events) }
+        if self.place(timing, &mut at) && trusted { at.position } else { measured(events) }
     }
 
     /// Why the arm stops, or stopped.
@@ -131,7 +123,7 @@ impl Mode {
                 }
                 (Path::Line(*line), *follower)
             }
-            Self::Holding { pose, .. } if finding.fault != Fault::ErrorWindow => {
+            Self::Holding { pose } if finding.fault != Fault::ErrorWindow => {
                 let follower = Follower::new(Phase::default(), Rate::ZERO, 0, pace);
                 (Path::Line(Line::at(*pose)), follower)
             }

@@ -57,7 +57,7 @@ impl Mode {
             (Self::Standby { .. }, Order::Arm) => {
                 allowed(Exit::Arm, events.stop_released, Refusal::EmergencyStop)
             }
-            (Self::Holding { pose, .. }, Order::Start(motion)) => {
+            (Self::Holding { pose }, Order::Start(motion)) => {
                 allowed(Exit::Start, motion.starts_at(pose), Refusal::OriginMismatch)
             }
             (Self::Holding { .. }, Order::Jog(_)) => Ok(Some(Exit::Jog)),
@@ -200,12 +200,11 @@ impl Mode {
                     motion.phase.ticks += 1;
                 }
             }
-            Self::Holding { ticks, .. } => timing.watch.advance(ticks),
             // Letting go of the emergency stop must move nothing, whatever the arm did meanwhile.
             Self::Standby { codes } | Self::Latched { codes, .. } if !events.stop_released => {
                 *codes = events.codes;
             }
-            Self::Standby { .. } | Self::Latched { .. } => {}
+            Self::Standby { .. } | Self::Latched { .. } | Self::Holding { .. } => {}
         }
     }
 }

@@ -79,8 +79,6 @@ pub enum Mode {
     Holding {
         /// Pose to hold, position words.
         pose: [u32; JOINTS],
-        /// Ticks since the present round of the watch motion began.
-        ticks: u32,
     },
     /// Brakes open, following a trajectory.
     Moving(Motion),
@@ -202,10 +200,7 @@ impl Mode {
                 motion.phase.ticks += 1;
                 true
             }
-            Self::Holding { ticks, .. } => {
-                timing.watch.advance(ticks);
-                true
-            }
+            Self::Holding { .. } => true,
             Self::Stopping { follower, .. } if !follower.is_level(&timing.pace) => {
                 follower.step();
                 true
@@ -251,15 +246,13 @@ impl Mode {
     pub fn place(&self, timing: &Timing, to: &mut SetPoint) -> bool {
         let pace = &timing.pace;
         match self {
-            Self::Holding { pose, ticks } => {
-                *to = SetPoint::hold(*pose);
-                timing.watch.add(*ticks, to);
-            }
             Self::Arming { open, pose, .. } => {
                 *to = SetPoint::hold(*pose);
-                timing.test.add(open.saturating_sub(timing.calm), to);
+                timing.test.add(open.saturating_sub(timing.calm), ALL, to);
             }
-            Self::BrakeHold { pose, .. } | Self::Lowering { pose, motion: None, .. } => {
+            Self::Holding { pose }
+            | Self::BrakeHold { pose, .. }
+            | Self::Lowering { pose, motion: None, .. } => {
                 *to = SetPoint::hold(*pose);
             }
             Self::Jogging { line, follower, .. } => {
@@ -291,6 +284,20 @@ impl Mode {
                 | Self::Stopping { .. }
                 | Self::Lowering { motion: Some(_), .. }
         )
+    }
+
+    /// Joints that stand or hardly move for as long as this mode lasts, so that the watch motion has to move them; one
+    /// bit each.
+    #[cold]
+    #[inline(never)]
+    pub fn standing(&self, watch: &Bump) -> u8 {
+        let (speed, times) = match self {
+            Self::Holding { .. } => return ALL,
+            Self::Moving(motion) | Self::Lowering { motion: Some(motion), .. } => motion.peak(),
+            Self::Jogging { line, .. } => (&line.velocity, 1.0),
+            _ => return 0,
+        };
+        watch.outdoes(speed, times)
     }
 
     /// Whether the joints have to follow the set-point at all times.

@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use shared::arm::JOINTS;
 
 use super::Bump;
-use crate::config::Config;
+use crate::config::{Config, Law};
 use crate::estimator::FRACTION_BITS;
 use crate::path::Pace;
 
@@ -26,7 +26,7 @@ pub struct Timing {
     pub calm: u32,
     /// The test move.
     pub test: Bump,
-    /// The motion by which a joint at rest shows that its encoder is alive, again and again.
+    /// The motion by which a joint that stands shows that its encoder is alive, again and again.
     pub watch: Bump,
     /// Duration of a stop.
     pub pace: Pace,
@@ -52,17 +52,24 @@ pub struct Timing {
 /// An encoder's noise is one count; four are motion.
 const SLIP_MIN_COUNTS: u32 = 4;
 
-/// Duration of the watch motion, s: a stuck encoder is told within half of it.
+/// Duration of the watch motion, s.
 const WATCH_S: f32 = 0.1;
-/// Its amplitude, counts: more than the 40 that tell a stuck encoder.
-const WATCH_COUNTS: f32 = 48.0;
+/// Its amplitude with the inertia-weighted law, counts. Wherever on its way a code got stuck, its lower or its upper
+/// end is 16 away, and 8 for 29 ms: more than the 6 that a code must follow within 25 ms, and noise.
+const WATCH_COUNTS: f32 = 32.0;
+/// With the other laws one end is 48 away: more than the 40 that tell a stuck encoder at once.
+const WATCH_COUNTS_ELSE: f32 = 96.0;
 /// Its largest amplitude, rad and m: 0.1 mm at the tip.
 const WATCH_MAX: f32 = 2e-5;
 
-/// Amplitude of the watch motion; none where it would show.
-fn watch_amplitude(encoder_lsb: f32) -> f32 {
-    let amplitude = WATCH_COUNTS * encoder_lsb;
-    if amplitude <= WATCH_MAX { amplitude } else { 0.0 }
+/// Amplitudes of the watch motion; none where it would show.
+fn watch_amplitude(config: &Config) -> [f32; JOINTS] {
+    let learns = config.gains.law == Law::INERTIA_WEIGHTED;
+    let counts = if learns { WATCH_COUNTS } else { WATCH_COUNTS_ELSE };
+    config.joints.map(|joint| {
+        let amplitude = counts * joint.encoder_lsb;
+        if amplitude <= WATCH_MAX { amplitude } else { 0.0 }
+    })
 }
 
 /// Whole ticks in this time; out of line, because it is wanted often and once.
@@ -87,8 +94,7 @@ impl Timing {
         // Five time constants of the slowest law's 50 rad/s take up what the model lacks.
         self.calm = ticks(0.1);
         self.test.set(safety.test_move_s, tick_hz, &safety.test_move, &config.joints);
-        let watch = config.joints.map(|joint| watch_amplitude(joint.encoder_lsb));
-        self.watch.set(WATCH_S, tick_hz, &watch, &config.joints);
+        self.watch.set(WATCH_S, tick_hz, &watch_amplitude(config), &config.joints);
         self.pace = Pace::new(safety.stop_s, tick_hz);
         self.brake_set = ticks(safety.brake_set_s);
         self.torque_tail = ticks(safety.torque_tail_s);
