@@ -40,7 +40,7 @@ fn expected(config: &Config) -> Vec<(&'static str, Word)> {
     table.torque(&config.safety);
     table.motion(config);
     table.clock(&config.safety);
-    table.timing(&config.safety);
+    table.timing(config);
     table.words
 }
 
@@ -124,7 +124,8 @@ impl Table {
         self.one("conversions", Word::Float(f64::from(s.conversions_hz) / clock_hz));
     }
 
-    fn timing(&mut self, s: &Safety) {
+    fn timing(&mut self, config: &Config) {
+        let s = &config.safety;
         self.ticks("reset", 0.002);
         self.ticks("settle", 0.012);
         self.ticks("boot", 0.5);
@@ -132,8 +133,9 @@ impl Table {
         self.ticks("brake open", s.brake_open_s);
         self.ticks("calm", 0.1);
         self.bump(s.test_move_s.into(), s.test_move.map(f64::from));
-        // More than the 40 counts that tell a stuck encoder, none where it would show.
-        let watch = LSB.map(|lsb| if 48.0 * lsb <= 2e-5 { 48.0 * lsb } else { 0.0 });
+        // Half of it is more than the counts that tell a stuck encoder; none where it would show.
+        let counts = if config.gains.law == Law::INERTIA_WEIGHTED { 32.0 } else { 96.0 };
+        let watch = LSB.map(|lsb| if counts * lsb <= 2e-5 { counts * lsb } else { 0.0 });
         self.bump(0.1, watch);
         let stop_s = f64::from(s.stop_s);
         self.one("stop", Word::Float(stop_s * self.hz));

@@ -8,9 +8,9 @@ use crate::estimator::FRACTION_BITS;
 use crate::math::round_to_i32;
 use crate::path::SetPoint;
 
-/// A joint at this many amplitudes a second or less hardly moves: the motion's own highest speed is half as high
-/// again (16/9 √3 amplitudes in half its duration).
-const SLOW_PER_S: f32 = 250.0;
+/// A joint at this many amplitudes a second or less hardly moves; the motion itself reaches 31, 16 / (3 √3) in its
+/// 100 ms.
+const SLOW_PER_S: f32 = 80.0;
 
 /// Duration and amplitudes of such a motion.
 #[repr(C)]
