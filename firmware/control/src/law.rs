@@ -107,6 +107,7 @@ impl Coefficients {
 pub fn evaluate(c: &Coefficients, arm: &Constants, s: &State, d_hat: &JointVector) -> Wanted {
     let terms = arm.at(&s.q);
     let bias = terms.coriolis(&s.qd) + terms.gravity();
+    // To choose between z and e1 further down would cost the other laws the registers of both.
     if c.law == Law::PD {
         let acceleration = s.qdd_d - c.k1.component_mul(&s.e1_dot) - c.k2.component_mul(&s.e1);
         let torque = terms.inertia_times(&acceleration) + bias;

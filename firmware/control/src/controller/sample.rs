@@ -173,6 +173,25 @@ impl Core {
         self.implausible = [0, now];
     }
 
+    /// Whether the code of joint `j`, which stands while the set-point is somewhere else by now, has to follow it.
+    #[inline(always)]
+    fn is_stuck(&mut self, j: usize) -> bool {
+        let (track, aim) = (&mut self.tracks[j], &self.trace.aim);
+        // A joint that is driven away, or swings, stands still at times while the set-point goes on.
+        let driven = self.trace.soft || self.trace.loose != 0 || self.trace.isolated != 0;
+        if driven || !self.mode.follows() {
+            track.excuse(aim.position[j]);
+            return false;
+        }
+        let (limits, timing) = (&self.memory.thresholds.encoder, &self.memory.thresholds.timing);
+        // While the set-point accelerates, joints lag behind it.
+        let lag = aim.acceleration[j].abs() * limits.per_acceleration[j] * LAG_TICKS2;
+        // The other laws let errors grow while they learn a load, or for good.
+        let learns = self.memory.coefficients.law.law == Law::INERTIA_WEIGHTED;
+        let patience = if learns { timing.watch.ticks / STALLED } else { u32::MAX };
+        track.is_stuck(aim.position[j], limits.stuck + lag as u32, patience)
+    }
+
     /// A closer look at the code of joint `j`, which is `distance` counts from where it is expected.
     #[cold]
     #[inline(never)]
@@ -192,25 +211,11 @@ impl Core {
             self.memory.estimates.observers[j] = track.observer();
             return true;
         }
-        let target = self.trace.aim.position[j];
-        let (limits, timing) = (&self.memory.thresholds.encoder, &self.memory.thresholds.timing);
-        // The other laws let errors grow while they learn a load, or for good.
-        let learns = self.memory.coefficients.law.law == Law::INERTIA_WEIGHTED;
-        let patience = if learns { timing.watch.ticks / STALLED } else { u32::MAX };
-        // A joint that is driven away, or swings, stands still at times while the set-point goes on.
-        let driven = self.trace.soft || self.trace.loose != 0 || self.trace.isolated != 0;
-        let follows = self.mode.follows() && !driven;
-        // While the set-point accelerates, joints lag behind it.
-        let lag = self.trace.aim.acceleration[j].abs() * limits.per_acceleration[j] * LAG_TICKS2;
-        if track.stands(code, target) {
-            if !follows {
-                track.excuse(target);
-            } else if track.is_stuck(target, limits.stuck + lag as u32, patience) {
-                self.miss(j, Fault::EncoderStuck);
-                return false;
-            }
+        if track.stands(code, self.trace.aim.position[j]) && self.is_stuck(j) {
+            self.miss(j, Fault::EncoderStuck);
+            return false;
         }
-        if distance.unsigned_abs() <= limits.tight[j] {
+        if distance.unsigned_abs() <= self.memory.thresholds.encoder.tight[j] {
             return true;
         }
         let loose = self.is_loose();

@@ -16,12 +16,6 @@ pub struct Line {
 }
 
 impl Line {
-    /// No motion at these position words; out of line, so that callers need no room for a copy.
-    #[inline(never)]
-    pub fn at(origin: [u32; JOINTS]) -> Self {
-        Self { origin, ..Self::default() }
-    }
-
     /// Whether both lines lead the same way at the same speed.
     pub fn is_parallel_to(&self, other: &Self) -> bool {
         self.velocity_q8 == other.velocity_q8

@@ -50,16 +50,11 @@ impl Bump {
         if tick > mirrored { tick } else { mirrored }
     }
 
-    /// Joints that move less than this motion would make them, given so many times their highest speeds, rad/s and m/s;
+    /// Joints that hardly move beside this motion, given their highest speeds as `speed` times `times`, rad/s and m/s;
     /// one bit each.
     pub fn outdoes(&self, speed: &[f32; JOINTS], times: f32) -> u8 {
-        let pairs = speed.iter().zip(&self.si).enumerate();
-        pairs.fold(
-            0,
-            |bits, (j, (v, a))| {
-                if v.abs() * times <= a * SLOW_PER_S { bits | 1 << j } else { bits }
-            },
-        )
+        let slow = |j: usize| speed[j].abs() * times <= self.si[j] * SLOW_PER_S;
+        (0..JOINTS).fold(0, |bits, j| bits | u8::from(slow(j)) << j)
     }
 
     /// Adds the motion of these joints, this many ticks after it began, to a set-point.

@@ -123,10 +123,6 @@ impl Mode {
                 }
                 (Path::Line(*line), *follower)
             }
-            Self::Holding { pose } if finding.fault != Fault::ErrorWindow => {
-                let follower = Follower::new(Phase::default(), Rate::ZERO, 0, pace);
-                (Path::Line(Line::at(*pose)), follower)
-            }
             // Where the set-point cannot be trusted, the stop goes on from what is measured.
             _ => {
                 let follower = Follower::new(Phase::default(), Rate::FULL, 0, pace);
@@ -146,7 +142,7 @@ fn measured(events: &Events<'_>) -> [u32; JOINTS] {
 /// The line along which the arm moves right now.
 #[inline(never)]
 fn onward(events: &Events<'_>) -> Line {
-    let mut line = Line::at(measured(events));
+    let mut line = Line { origin: measured(events), ..Line::default() };
     let estimates = events.observers.iter().zip(events.scales);
     for (j, (observer, scale)) in estimates.enumerate().take(JOINTS) {
         line.velocity_q8[j] = (observer.velocity * 256.0) as i32;

@@ -1,5 +1,7 @@
 //! What the supervisor asks of the pins, and what they tell it.
 
+use super::{Mode, Timing};
+
 /// Levels of the pins that decide about motion; joint 1 is bit 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Levels {
@@ -27,6 +29,33 @@ impl Levels {
     #[inline(always)]
     pub fn without(self, joints: u8) -> Self {
         Self { drives: self.drives & !joints, release: self.release & !joints, ..self }
+    }
+}
+
+impl Mode {
+    /// Pin levels that belong to this mode.
+    #[inline(always)]
+    pub fn levels(&self, timing: &Timing) -> Levels {
+        if matches!(self, Self::Moving(_)) { Levels::LIVE } else { self.rare_levels(timing) }
+    }
+
+    /// The same where the mode is rarely [`Mode::Moving`].
+    #[cold]
+    #[inline(never)]
+    pub fn rare_levels(&self, timing: &Timing) -> Levels {
+        match self {
+            Self::Moving(_) | Self::Holding { .. } | Self::Jogging { .. } => Levels::LIVE,
+            Self::Boot { ticks, .. } if *ticks < timing.reset => Levels::RESET,
+            Self::Boot { .. }
+            | Self::Standby { .. }
+            | Self::TorqueOff { .. }
+            | Self::Latched { .. } => Levels::OFF,
+            Self::Arming { ticks, .. } | Self::Lowering { ticks, .. } => {
+                if *ticks >= timing.preload { Levels::LIVE } else { Levels::BRAKED }
+            }
+            Self::Stopping { cause, .. } => Levels::LIVE.without(cause.isolated),
+            Self::BrakeHold { cause, .. } => Levels::BRAKED.without(cause.isolated),
+        }
     }
 }
 
