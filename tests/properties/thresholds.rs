@@ -77,11 +77,15 @@ impl Table {
         let window = |a: [f32; JOINTS]| move |j| Word::Cut(8.0 + f64::from(a[j]) / per_count[j]);
         self.each("tight", window(config.safety.unforeseen));
         self.each("wide", window(config.safety.violent));
-        let stuck = match config.gains.law {
-            Law::PD => 1_024.0,
-            _ => 40.0,
+        let forever = f64::from(u32::MAX);
+        let (stuck, patience) = match config.gains.law {
+            Law::INERTIA_WEIGHTED => (40.0, 0.025 * self.hz),
+            Law::PD => (1_024.0, forever),
+            _ => (40.0, forever),
         };
         self.one("stuck", Word::Cut(stuck * 64.0));
+        self.one("patience", Word::Cut(patience));
+        self.one("lag", Word::Float(64.0));
         self.each("per_acceleration", |j| Word::Float(64.0 / per_count[j]));
     }
 

@@ -24,7 +24,7 @@ use crate::{JointMatrix, JointVector};
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Coefficients {
     /// Which law.
-    pub law: Law,
+    law: Law,
     /// K1, or the PD's Kd.
     k1: JointVector,
     /// K2, or the PD's Kp.

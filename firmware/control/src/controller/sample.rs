@@ -4,17 +4,9 @@ use shared::arm::JOINTS;
 use shared::fault::{Fault, Limit};
 
 use super::{ADC, Core, DAC, TickInput};
-use crate::config::Law;
 use crate::estimator::Observer;
 use crate::monitor::{Elapsed, Finding, Track};
 use crate::supervisor::ALL;
-
-/// Ticks² of the set-point's acceleration that a joint may lag behind: the delay of 1.5 ticks over the law's
-/// 0.2 a tick is 7.5, twice that where it turns, and a fourfold margin.
-const LAG_TICKS2: f32 = 64.0;
-/// Share of the watch motion's duration within which any motion of the set-point is followed: 25 ms, five time
-/// constants of the laws' 200 rad/s.
-const STALLED: u32 = 4;
 
 impl Core {
     /// Begins the samples of a tick; says whether they come one tick after the last ones and of joints that all
@@ -183,13 +175,10 @@ impl Core {
             track.excuse(aim.position[j]);
             return false;
         }
-        let (limits, timing) = (&self.memory.thresholds.encoder, &self.memory.thresholds.timing);
+        let limits = &self.memory.thresholds.encoder;
         // While the set-point accelerates, joints lag behind it.
-        let lag = aim.acceleration[j].abs() * limits.per_acceleration[j] * LAG_TICKS2;
-        // The other laws let errors grow while they learn a load, or for good.
-        let learns = self.memory.coefficients.law.law == Law::INERTIA_WEIGHTED;
-        let patience = if learns { timing.watch.ticks / STALLED } else { u32::MAX };
-        track.is_stuck(aim.position[j], limits.stuck + lag as u32, patience)
+        let lag = aim.acceleration[j].abs() * limits.per_acceleration[j] * limits.lag;
+        track.is_stuck(aim.position[j], limits.stuck + lag as u32, limits.patience)
     }
 
     /// A closer look at the code of joint `j`, which is `distance` counts from where it is expected.

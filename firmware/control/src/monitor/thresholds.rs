@@ -21,6 +21,10 @@ pub struct EncoderLimits {
     pub wide: [u32; JOINTS],
     /// Motion of the set-point that a code must follow, word steps.
     pub stuck: u32,
+    /// Ticks within which it must follow any motion at all.
+    pub patience: u32,
+    /// Ticks² of the set-point's acceleration that it may lag behind.
+    pub lag: f32,
     /// Word steps a tick² for 1 rad/s² and 1 m/s².
     pub per_acceleration: [f32; JOINTS],
 }
@@ -36,6 +40,17 @@ const fn stuck_counts(law: Law) -> u32 {
         _ => 40,
     }
 }
+/// The delay of 1.5 ticks over the law's 0.2 a tick is 7.5, twice that where a joint turns, and a fourfold margin.
+const LAG_TICKS2: f32 = 64.0;
+/// A quarter of the watch motion, and five time constants of the law's 200 rad/s.
+const STALLED_S: f32 = 0.025;
+/// The other laws let errors grow while they learn a load, or for good.
+const fn patience_ticks(law: Law, tick_hz: f32) -> u32 {
+    match law {
+        Law::INERTIA_WEIGHTED => (STALLED_S * tick_hz) as u32,
+        _ => u32::MAX,
+    }
+}
 const WORDS: f32 = (1 << FRACTION_BITS) as f32;
 
 impl EncoderLimits {
@@ -44,6 +59,8 @@ impl EncoderLimits {
     pub fn set(&mut self, config: &Config) {
         let (safety, tick_hz) = (&config.safety, config.tick_hz as f32);
         self.stuck = stuck_counts(config.gains.law) << FRACTION_BITS;
+        self.patience = patience_ticks(config.gains.law, tick_hz);
+        self.lag = LAG_TICKS2;
         for (j, joint) in config.joints.iter().enumerate() {
             // An acceleration moves the next code by its way in one tick squared.
             let window =
