@@ -3,13 +3,14 @@
 
 mod budget_table;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use budget_table::{Budget, Table};
 use hil_sim::faults::{Injection, Kind, Place, Target};
 use hil_sim::outcome::{Adaptation, Law};
 use hil_sim::scenario::Scenario;
 use tests::image::Image;
+use tests::stage::{self, Stage};
 use tests::trace::{Site, Trace};
 use tests::{board, stack};
 
@@ -80,6 +81,19 @@ fn every_tick_keeps_its_budget() {
     println!("{}", untaken(&image, sites));
     let broken = table.broken(&budget);
     assert!(broken.is_empty(), "over budget:\n{}", broken.join("\n"));
+}
+
+/// A part that no function bears would leave its work to another stage.
+#[test]
+fn every_part_of_a_stage_names_code_of_the_image() {
+    let image = board::open("mps2-an386");
+    let parts = board::STAGES.iter().flat_map(|(_, parts)| *parts);
+    let alone: Vec<Stage> = parts.map(|part| (*part, std::slice::from_ref(part))).collect();
+    let found = stage::attribute(&image, &alone).expect("stages");
+    let named: BTreeSet<_> = found.into_iter().filter_map(|(_, stage)| stage).collect();
+    let idle: Vec<_> =
+        (0..alone.len()).filter(|i| !named.contains(i)).map(|i| alone[i].0).collect();
+    assert!(idle.is_empty(), "no function of the image is named {idle:?}");
 }
 
 fn add_sites(all: &mut BTreeMap<u32, Site>, trace: &Trace) {

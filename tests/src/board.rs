@@ -17,11 +17,11 @@ pub const STAGES: &[Stage] = &[
     ("link", &["mps2_an386::link::"]),
     ("read and decode", &["drivers::encoder::", "Ads131m04"]),
     ("memory", &["control::memory::"]),
-    ("estimate", &["estimator::", "Core::state"]),
+    ("estimate", &["estimator::", "Core>::state"]),
     ("monitor", &["control::monitor::", "controller::sample::", "::sample"]),
     (
         "trajectory",
-        &["control::path::", "supervisor::follow::", "Bump", "Mode>::place", "Core>::aim"],
+        &["control::path::", "supervisor::follow::", "Bump", "Mode::place", "Core>::aim"],
     ),
     ("kinematics and dynamics", &["control::dynamics::"]),
     ("law and adaptation", &["control::law::"]),
