@@ -177,13 +177,15 @@ pub fn astray_m(trial: &Trial, from: usize, reference: &Track, by_ticks: bool) -
 /// On its way to the rest pose the tip has a path of its own: that of the set-point.
 fn wanted_height(frame: &Frame) -> Option<f64> {
     let lowers = mode(frame) == Some(Mode::Lowering) && frame.pins.brake_release == [true; JOINTS];
-    lowers.then(|| {
-        let wanted = std::array::from_fn(|j| {
-            let encoder = &REFERENCE.encoders[j];
-            let measured = f64::from(frame.record.code[j]) * encoder.lsb + encoder.zero;
-            measured - f64::from(frame.record.e1[j])
-        });
-        Model::new(&REFERENCE).tip(&wanted, &[0.0; JOINTS]).0[2]
+    lowers.then(|| Model::new(&REFERENCE).tip(&set_point(frame), &[0.0; JOINTS]).0[2])
+}
+
+/// Where the joints are to be, by code and error of the controller's record, rad and m.
+pub fn set_point(frame: &Frame) -> [f64; JOINTS] {
+    std::array::from_fn(|j| {
+        let encoder = &REFERENCE.encoders[j];
+        let measured = f64::from(frame.record.code[j]) * encoder.lsb + encoder.zero;
+        measured - f64::from(frame.record.e1[j])
     })
 }
 

@@ -7,6 +7,7 @@ use shared::wire::biss_c::LATCH_DELAY_S;
 use super::measure;
 use super::trial::{TICK_HZ, TICK_S, Trial};
 use super::witness::ADC;
+use crate::session::Frame;
 
 /// When something is the case.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,6 +30,10 @@ pub enum Condition {
     Late(u32),
     /// A drive gives another torque than it is told for as long as the torque converter's filter takes.
     TorqueWrong(usize),
+    /// A drive is told to give all the torque that it may.
+    TorqueAtLimit,
+    /// A joint is further from its set-point than it may be for long.
+    Astray,
     /// A joint has moved by this much, rad or m.
     Moved(usize, f64),
     /// The brakes were told to open this long ago, s.
@@ -66,6 +71,8 @@ impl Condition {
             Self::Doubtful(j) => doubtful(trial, begun, j),
             Self::Late(count) => late(trial, begun, count),
             Self::TorqueWrong(j) => torque_wrong(trial, begun, j),
+            Self::TorqueAtLimit => (begun..frames.len()).find(|i| torque_at_limit(&frames[*i])),
+            Self::Astray => (begun..frames.len()).find(|i| astray(&frames[*i])),
             Self::Moved(j, way) => {
                 let from = frames[begun].q[j];
                 (begun..frames.len()).find(|i| (frames[*i].q[j] - from).abs() > way)
@@ -167,6 +174,18 @@ fn torque_wrong(trial: &Trial, begun: usize, j: usize) -> Option<usize> {
     // The converter's filter does not show one that comes and goes.
     let lasts = |first: &usize| (*first..stopped.min(first + FILTER_TICKS)).all(wrong);
     trial.ticked_from((begun..stopped).find(lasts)? + 1)
+}
+
+fn torque_at_limit(frame: &Frame) -> bool {
+    let highest =
+        |j: usize| (REFERENCE.limits[j].tau_max / REFERENCE.drive_full_scale[j] * 32_768.0) as u16;
+    (0..JOINTS).any(|j| frame.record.dac[j].abs_diff(32_768) >= highest(j))
+}
+
+fn astray(frame: &Frame) -> bool {
+    let wanted = measure::set_point(frame);
+    let off = |j: usize| (frame.q[j] - wanted[j]).abs();
+    (0..JOINTS).any(|j| off(j) > f64::from(Safety::REFERENCE.tracking[j]))
 }
 
 /// Ticks that the torque converter's filter takes.

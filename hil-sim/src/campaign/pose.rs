@@ -19,6 +19,10 @@ pub struct Pose {
     pub qd: [f64; JOINTS],
     /// Payload, known to the controller, kg.
     pub payload_kg: f64,
+    /// Load beside it that takes a torque to its limit for some ticks, kg.
+    pub limiting_kg: f64,
+    /// Load beside it that takes a torque to its limit for so long that the error lasts, kg.
+    pub overload_kg: f64,
 }
 
 #[derive(Deserialize)]
@@ -55,6 +59,8 @@ pub enum PoseError {
 
 /// Duration of a path, s; the fault begins half-way.
 pub const PATH_S: f64 = 2.0;
+/// What may be added to a payload, kg.
+const LOADS_KG: (f64, f64) = (0.0, 2_000.0);
 /// Highest ds/dx of the quintic, at its middle.
 const PEAK: f64 = 1.875;
 /// A scenario that says nothing but what it must.
@@ -86,7 +92,9 @@ impl Pose {
             self.within("q", j, self.q[j], q)?;
             self.within("qd", j, self.qd[j], qd)?;
         }
-        self.within("payload_kg", 0, self.payload_kg, (0.0, 300.0))
+        self.within("payload_kg", 0, self.payload_kg, (0.0, 300.0))?;
+        self.within("limiting_kg", 0, self.limiting_kg, LOADS_KG)?;
+        self.within("overload_kg", 0, self.overload_kg, LOADS_KG)
     }
 
     fn within(
@@ -149,7 +157,7 @@ mod tests {
     fn poses_beyond_the_arm_and_unknown_keys_are_refused_by_name() {
         let text = |q4: &str, more: &str| {
             format!(
-                "[[pose]]\nname = \"far\"\nq = [0, 0.2, 1.35, {q4}]\nqd = [0, 0, 0, 0]\npayload_kg = 0\n{more}"
+                "[[pose]]\nname = \"far\"\nq = [0, 0.2, 1.35, {q4}]\nqd = [0, 0, 0, 0]\npayload_kg = 0\nlimiting_kg = 0\noverload_kg = 0\n{more}"
             )
         };
         let told = |text: String| Pose::parse(&text).expect_err("refused").to_string();

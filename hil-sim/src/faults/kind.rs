@@ -150,7 +150,7 @@ kinds! {
         "The brake's contact sticks.";
     BrakeStuckOpen "brake-stuck-open" BRAKE Lasting None,
         "The brake does not set.";
-    Payload "payload" ONLY Lasting real("added", "kg", (-600.0, 600.0), None),
+    Payload "payload" ONLY Lasting real("added", "kg", (-600.0, 2_000.0), None),
         "A payload is added that the controller does not know.";
     PayloadDrop "payload-drop" ONLY Once None,
         "All payload falls off.";

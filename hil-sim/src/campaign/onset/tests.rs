@@ -88,6 +88,40 @@ fn torque_is_wrong_beyond_its_threshold_one_step_after_it_acted() {
 }
 
 #[test]
+fn torque_is_at_its_limit_at_the_last_code_below_it() {
+    // 120 000 N m of 122 880 are 32 000 of 32 768 codes.
+    let at = |codes: [u16; 2]| {
+        let mut trial = holding(20);
+        trial.frames.iter_mut().for_each(|frame| frame.record.dac = [0x8000; JOINTS]);
+        trial.frames[9].record.dac[J] = codes[0];
+        trial.frames[12].record.dac[J] = codes[1];
+        Condition::TorqueAtLimit.index(&trial, 5)
+    };
+    assert_eq!(at([0x8000 + 31_999, 0x8000 + 32_000]), Some(12));
+    assert_eq!(at([0x8000 - 32_000, 0x8000]), Some(9));
+    assert_eq!(at([0x8000 - 31_999, 0x8000]), None);
+}
+
+#[test]
+fn joint_is_astray_beyond_what_the_monitor_lets_last() {
+    let encoder = &REFERENCE.encoders[J];
+    let allowed = f64::from(Safety::REFERENCE.tracking[J]);
+    let at = |share: f64| {
+        let mut trial = holding(20);
+        for (i, frame) in trial.frames.iter_mut().enumerate() {
+            frame.q = std::array::from_fn(|j| REFERENCE.encoders[j].zero);
+            // The set-point goes on from tick 10 on, and the joint stays.
+            let error = if i < 10 { 0.0 } else { share * allowed };
+            frame.record.code[J] = 1_000;
+            frame.q[J] = 1_000.0 * encoder.lsb + encoder.zero;
+            frame.record.e1[J] = error as f32;
+        }
+        Condition::Astray.index(&trial, 5)
+    };
+    assert_eq!([at(1.01), at(-1.01), at(0.99)], [Some(10), Some(10), None]);
+}
+
+#[test]
 fn ticks_that_never_came_are_passed_over() {
     let mut trial = holding(20);
     trial.frames[7].ticked = false;

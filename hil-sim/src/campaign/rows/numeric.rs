@@ -82,6 +82,7 @@ pub fn extremes(pose: &Pose) -> Ways {
             q: [0.0, 1.35, -1.31, 4.0],
             qd: [0.05, 0.02, 0.02, 0.02],
             payload_kg: 0.0,
+            ..pose.clone()
         };
         let way = Variant::harmless("near-singular pose, in motion", Vec::new()).checked(finite);
         ways.push(Variant { pose: Some(singular), ..way });
