@@ -50,7 +50,7 @@ fn supply(p: &Peripherals) {
     let rcc = &p.RCC;
     rcc.ahb1enr().modify(|_, w| {
         w.gpioaen().enabled().gpioben().enabled().gpiocen().enabled().gpioden().enabled();
-        w.dma2en().enabled()
+        w.dma1en().enabled().dma2en().enabled()
     });
     rcc.apb1enr().modify(|_, w| {
         w.tim2en().enabled().tim3en().enabled().spi2en().enabled().usart2en().enabled()

@@ -5,15 +5,18 @@
 //! Board file of the ST Nucleo-F446RE; it has not run on hardware. Wiring: `docs/wiring-nucleo-f446re.md`.
 //!
 //! TIM2 starts a tick: its update clocks the encoders by hardware and raises the only interrupt, which runs
-//! the controller. The idle loop sends telemetry and sleeps.
+//! the controller. The idle loop sends telemetry, serves the operator and sleeps.
 
 mod budget;
 mod bus;
 mod clocks;
 mod encoders;
 mod faults;
+mod kept;
 mod lanes;
+mod mailbox;
 mod pins;
+mod serial;
 mod telemetry;
 mod wait;
 
@@ -25,6 +28,7 @@ use firmware::controller::Core;
 use firmware::evidence::Recorder;
 use firmware::executive::{Executive, Retained, TickInput};
 use firmware::io::Io;
+use firmware::link::{Served, Station};
 use shared::arm::REFERENCE;
 use stm32f4::stm32f446::{Interrupt, Peripherals, interrupt, iwdg, tim2, tim3};
 
@@ -32,7 +36,8 @@ use crate::budget::TICK_HZ;
 use crate::bus::{Bus, Chip};
 use crate::encoders::{LATCH_OFFSET_S, Line, Reader};
 use crate::pins::{Input, Output, Pins};
-use crate::telemetry::{Measured, Outbox, Serial};
+use crate::serial::Serial;
+use crate::telemetry::{Measured, Outbox};
 
 /// The controller and what its tick needs of the board.
 struct Control {
@@ -65,18 +70,27 @@ fn main() -> ! {
     }
     count_cycles(core);
     let pins = pins::start(p);
-    let serial = Serial::start(p);
+    let mut serial = Serial::start(p);
+    let Some(station) = singleton!(: Station = Station::new()) else { faults::all_off() };
     // SAFETY: the only call.
     let evidence = unsafe { faults::evidence() };
     let (mut recorder, retained) = Recorder::new(evidence, TICK_HZ);
-    match control(p, pins, &retained) {
+    match control(p, pins, &retained, station) {
         // SAFETY: the interrupt that shares it is still masked.
         Ok(control) => unsafe { CONTROL = Some(control) },
         Err(error) => refuse(&serial, &error),
     }
     start_ticks(p);
     loop {
-        if !serial.send_next(|record| recorder.note(evidence, record)) {
+        let sent = telemetry::send_next(&serial, |record| {
+            recorder.note(evidence, record);
+            station.note(record);
+        });
+        if !sent {
+            if mailbox::returned(station) {
+                station.serve(&mut serial, evidence);
+                mailbox::post(station.served());
+            }
             asm::wfi();
         }
     }
@@ -87,6 +101,7 @@ fn control(
     p: &'static Peripherals,
     pins: Pins,
     retained: &Retained,
+    station: &mut Station,
 ) -> Result<Control, ConfigError> {
     const CONFIG: Config = Config::for_arm(&REFERENCE, TICK_HZ);
     let mut config = CONFIG;
@@ -106,6 +121,7 @@ fn control(
     let core = unsafe { &mut *core };
     let mut executive = Executive::new(io, core);
     executive.configure(&config, config.crc(), retained)?;
+    station.configure(&config, &kept::access(&p.FLASH));
     Ok(Control {
         executive,
         reader: Reader::start(p),
@@ -166,14 +182,18 @@ impl Control {
         self.outbox.measured.adc_clocks = adc_clocks;
         // CLKIN is counted; a conversion takes 256 of its clocks.
         self.adc_total = self.adc_total.wrapping_add(adc_clocks);
+        let served = mailbox::take();
         let input = TickInput {
-            order: None,
-            alive: false,
+            order: served.as_ref().and_then(Served::order),
+            alive: served.is_some_and(|served| served.alive),
             cycles: began,
             spent: self.outbox.measured.tick_clocks,
             conversions: self.adc_total / 256,
         };
         let record = self.executive.tick(&input);
+        if served.is_some() {
+            mailbox::answer(record.refusal);
+        }
         if !self.outbox.push(record) {
             self.executive.record_dropped();
         }
