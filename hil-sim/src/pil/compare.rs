@@ -61,35 +61,43 @@ fn words(of: &str, board: &[u8], software: &[u8]) -> Option<Difference> {
     })
 }
 
-/// Compares one tick: bus and pins in their order, then the record field by field.
-pub fn tick(
-    tick: u64,
-    [board, software]: &[Vec<Event>; 2],
-    on_board: &Record,
-    on_host: &Record,
-) -> Option<Difference> {
+/// What a side shows of one tick.
+pub struct Shown<'a> {
+    /// Bus and pins in their order.
+    pub traffic: Vec<Event>,
+    /// What it said on the operator link.
+    pub said: &'a [u8],
+    /// Its record.
+    pub record: Record,
+}
+
+/// Compares one tick: bus and pins, the operator link, then the record field by field.
+pub fn tick(tick: u64, board: &Shown<'_>, software: &Shown<'_>) -> Option<Difference> {
     let differ = |place: String, board: String, software: String| {
         Some(Difference { tick: Some(tick), place, board, software })
     };
-    for (a, b) in board.iter().zip(software) {
+    for (a, b) in board.traffic.iter().zip(&software.traffic) {
         if a != b {
             return differ(format!("bus, {}", b.place()), a.to_string(), b.to_string());
         }
     }
-    if board.len() != software.len() {
+    if board.traffic.len() != software.traffic.len() {
         return differ(
             "number of bus and pin events".into(),
-            board.len().to_string(),
-            software.len().to_string(),
+            board.traffic.len().to_string(),
+            software.traffic.len().to_string(),
         );
     }
-    if on_board.to_bytes() == on_host.to_bytes() {
+    if board.said != software.said {
+        return differ("operator link".into(), hex(board.said), hex(software.said));
+    }
+    if board.record.to_bytes() == software.record.to_bytes() {
         return None;
     }
     let fields = |record: &Record| named_fields(record).into_iter().collect::<Vec<_>>();
-    fields(on_board)
+    fields(&board.record)
         .into_iter()
-        .zip(fields(on_host))
+        .zip(fields(&software.record))
         .find(|((_, a), (_, b))| a != b)
         .and_then(|((name, a), (_, b))| differ(format!("record, {name}"), a, b))
 }
@@ -147,11 +155,16 @@ fn named_fields(r: &Record) -> Vec<(String, String)> {
 }
 
 fn hex(bytes: &[u8]) -> String {
+    if bytes.is_empty() {
+        return "nothing".into();
+    }
     bytes.iter().map(|b| format!("{b:02x}")).collect::<Vec<_>>().join(" ")
 }
 
 #[cfg(test)]
 mod tests {
+    use shared::telemetry::RECORD_BYTES;
+
     use super::*;
 
     #[test]
@@ -160,9 +173,21 @@ mod tests {
         for bit in 0..8 * bytes.len() {
             let mut flipped = bytes;
             flipped[bit / 8] ^= 1 << (bit % 8);
-            let records = [bytes, flipped].map(|bytes| Record::from_bytes(&bytes));
-            let found = tick(7, &Default::default(), &records[0], &records[1]);
+            let [board, software] = [bytes, flipped].map(|bytes| shown(&[], &bytes));
+            let found = tick(7, &board, &software);
             assert_eq!(found.and_then(|d| d.tick), Some(7), "bit {bit}");
         }
+    }
+
+    #[test]
+    fn an_answer_of_one_side_alone_is_a_difference() {
+        let bytes = Record::default().to_bytes();
+        assert_eq!(tick(7, &shown(&[1, 2], &bytes), &shown(&[1, 2], &bytes)), None);
+        let found = tick(7, &shown(&[1, 2], &bytes), &shown(&[], &bytes)).expect("a difference");
+        assert_eq!(found.to_string(), "tick 7, operator link: board 01 02, software nothing");
+    }
+
+    fn shown<'a>(said: &'a [u8], record: &[u8; RECORD_BYTES]) -> Shown<'a> {
+        Shown { traffic: Vec::new(), said, record: Record::from_bytes(record) }
     }
 }

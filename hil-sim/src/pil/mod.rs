@@ -14,6 +14,7 @@ use shared::telemetry::Record;
 use thiserror::Error;
 
 pub use compare::Difference;
+use compare::Shown;
 pub use crash::{Breakable, Crash, Crashed, Fall, crash};
 pub use emulator::{Emulator, EmulatorError, End};
 
@@ -77,9 +78,8 @@ pub fn run(
         let on_board = board_side.tick(&mut board)?;
         let Ok(on_host) = host_side.tick(&mut software);
         let (done, planned) = board_side.progress();
-        let traffic =
-            [board_side.bench(), host_side.bench()].map(|b| b.borrow_mut().take_traffic());
-        difference = compare::tick(done - 1, &traffic, &on_board, &on_host);
+        difference =
+            compare::tick(done - 1, &shown(&board_side, on_board), &shown(&host_side, on_host));
         progress(done, planned);
     }
     let mut outcome = board_side.outcome(started.elapsed().as_secs_f64());
@@ -87,6 +87,12 @@ pub fn run(
     let difference = difference.or_else(|| compare::evidence(&evidence, software.evidence()));
     outcome.keep_evidence(&evidence);
     Ok(Verdict { outcome, difference, stack_bytes })
+}
+
+/// What `side` shows of the tick that left `record`.
+fn shown<'a>(side: &'a Session<'_>, record: Record) -> Shown<'a> {
+    let traffic = side.bench().borrow_mut().take_traffic();
+    Shown { traffic, said: side.said(), record }
 }
 
 impl Controller for Emulator {

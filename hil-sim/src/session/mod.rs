@@ -70,6 +70,8 @@ pub struct Session<'a> {
     /// Given for the next tick.
     command: Option<Command>,
     last: Record,
+    /// On the operator link in the last tick.
+    said: Vec<u8>,
     ticks: u64,
     /// The payload that waits on the way was picked up.
     picked_up: bool,
@@ -97,6 +99,7 @@ impl<'a> Session<'a> {
             torque: [0.0; JOINTS],
             command: None,
             last: Record::default(),
+            said: Vec::new(),
             ticks: 0,
             picked_up: false,
         }
@@ -187,7 +190,7 @@ impl<'a> Session<'a> {
             let release = self.release();
             let record = controller.tick(&release)?;
             self.take(record);
-            self.hear(&controller.said());
+            self.hear(controller.said());
         }
         self.drive();
         self.note(step.ticks);

@@ -66,8 +66,14 @@ impl Session<'_> {
     }
 
     /// Passes on what the board says.
-    pub(super) fn hear(&mut self, said: &[u8]) {
-        self.console.hear(said);
+    pub(super) fn hear(&mut self, said: Vec<u8>) {
+        self.console.hear(&said);
+        self.said = said;
+    }
+
+    /// What the controller said on the operator link in its last tick.
+    pub fn said(&self) -> &[u8] {
+        &self.said
     }
 
     /// Converters are configured: from now on the bus may err.
