@@ -124,8 +124,7 @@ fn share_of_torque(motion: Motion, ticks: u32) -> f64 {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
-    /// The planner looks at some places of a path and of a stop; between them the torque passes the reserve by
-    /// less than 1 % of the limit.
+    /// The planner looks at some places of a path and of a stop; what is between them keeps the reserve as well.
     #[test]
     fn what_the_planner_takes_can_be_stopped_within_the_reserve(
         trajectory in fast_paths(), place in 0.0..1.0f64,
@@ -133,7 +132,7 @@ proptest! {
         if let Ok(motion) = start(&trajectory) {
             let ticks = (place * f64::from(trajectory.duration_ticks)) as u32;
             let share = share_of_torque(motion, ticks);
-            prop_assert!(share < 0.91, "{share} of the torque limits");
+            prop_assert!(share <= 0.9, "{share} of the torque limits");
         }
     }
 

@@ -59,7 +59,7 @@ impl Range {
             lsb: joint.encoder_lsb,
             zero: joint.encoder_zero,
             qd_max: joint.qd_max,
-            tau_stop: joint.tau_max * reserve,
+            tau_stop: joint.tau_max * (reserve - BETWEEN),
         }
     }
 
@@ -70,6 +70,8 @@ impl Range {
 
 /// Parts of a path at which its stop is computed.
 const PLACES: u32 = 16;
+/// What the torque may be higher between them and those of [`STOP`], share of its limit.
+const BETWEEN: f32 = 0.01;
 /// Path rate and its slope times the duration of the stop, at 0, 1/4, 1/2 and 3/4 of a stop (`path::Ramp`).
 const STOP: [(f32, f32); 4] = [(1.0, 0.0), (0.843_75, -1.125), (0.5, -1.5), (0.156_25, -1.125)];
 /// A jog is stoppable where it is and where it will be after this time, s.
