@@ -111,3 +111,23 @@ impl Session {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use shared::link::Kind;
+
+    use super::super::code::sign;
+    use super::*;
+
+    /// As they would begin anew, recorded frames of the first would count again.
+    #[test]
+    fn the_last_session_of_a_boot_is_followed_by_none() {
+        let mut sessions = Sessions { hellos: u32::MAX - 1, ..Sessions::NONE };
+        let mut hello: Frame = bytemuck::zeroed();
+        hello.begin(Kind::Hello, 0);
+        sign(&DEFAULT_KEY, &mut hello);
+        assert_eq!(sessions.open(&hello), Ok(()));
+        assert_eq!(sessions.welcome([1; 16]).hellos, u32::MAX);
+        assert_eq!([(); 2].map(|()| sessions.open(&hello)), [Err(LinkRefusal::SessionsUsedUp); 2]);
+    }
+}
