@@ -129,13 +129,19 @@ fn repeated_encoder(pose: &Pose, j: usize, again: Injection) -> Variant {
 
 pub fn swaps(pose: &Pose) -> Ways {
     let swap = |j, other| fault(Kind::Swap, Target::Encoder(j)).of(other);
-    let swapped = Sign::Fault(&[Fault::EncodersSwapped]);
-    let running = [(0, 2), (1, 3), (0, 3)].map(|(j, other): (usize, usize)| {
+    let way = |j: usize, other: usize, fault, seen| {
         let name = format!("encoders {} and {other}", j + 1);
-        let ways = Variant::new(name, vec![swap(j, other as f64)], Expect::Ss1, swapped, 1, 2);
-        ways.from(Condition::After(1)).twin(vec![swap(j, other as f64).ticks(1)])
-    });
+        let swapped = vec![swap(j, other as f64)];
+        let way = Variant::new(name, swapped, Expect::Ss1, Sign::Fault(fault), 1, 2);
+        way.from(seen).twin(vec![swap(j, other as f64).ticks(1)])
+    };
+    let running = [(0, 2), (1, 3), (0, 3)];
+    let running =
+        running.map(|(j, other)| way(j, other, &[Fault::EncodersSwapped], Condition::After(1)));
     let mut ways = Vec::from(running);
+    // A frame of the scale has another length: its CRC is wrong at the other's place, and the other way round.
+    let lost = (0..3).map(|j| way(j, 4, &[Fault::EncoderLost], Condition::BucketFull(j)));
+    ways.extend(lost);
     let boot = swap(0, 2.0).at(POWER_UP);
     let boot = Variant::new(
         "encoders 1 and 2 from power-up",
