@@ -5,6 +5,7 @@ mod compare;
 mod crash;
 mod debugger;
 mod emulator;
+mod process;
 
 use std::path::Path;
 
@@ -16,7 +17,8 @@ use thiserror::Error;
 pub use compare::Difference;
 use compare::Shown;
 pub use crash::{Breakable, Crash, Crashed, Fall, crash};
-pub use emulator::{Emulator, EmulatorError, End};
+pub use emulator::{Emulator, End};
+pub use process::EmulatorError;
 
 use crate::outcome::Outcome;
 use crate::run::{RunError, Software, kept_of};
