@@ -6,6 +6,9 @@
 //! check sum that fits, with a position near the right one. Requests to the DAC get no random contents: what a DAC does
 //! with a command that it was not sent is not the firmware's to judge.
 
+mod judge;
+mod tap;
+
 use std::cell::RefCell;
 use std::rc::Rc;
 
@@ -16,12 +19,10 @@ use hil_sim::scenario::Scenario;
 use shared::arm::{JOINTS, REFERENCE};
 use shared::command::{Command, Trajectory};
 use shared::fault::{Fault, Mode};
-use shared::telemetry::PATH_RATE_ONE;
-use shared::wire::biss_c::{Layout, Word};
-use shared::wire::{ads131m04, biss_c, dac81404};
 
-use super::damage::{Damage, Device, Sort};
+use super::damage::Damage;
 use crate::rig::{Rig, Way};
+use tap::{Hit, Tap};
 
 /// Index of the torque converter and of the DAC among the devices.
 const ADC: usize = JOINTS;
@@ -65,32 +66,8 @@ impl Tally {
     }
 }
 
-const SORTS: [Sort; 4] = [Sort::Flips, Sort::Burst, Sort::Any, Sort::Any];
 /// Index of the fate of positions near the right one.
 pub const NEAR: usize = 3;
-
-/// One frame to be damaged.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Hit {
-    /// Its number among the device's frames of the tick.
-    frame: usize,
-    way: Way,
-    /// Index of [`SORTS`].
-    sort: usize,
-    /// How far a near position is off, counts.
-    near: i32,
-}
-
-/// One device's line in one tick.
-#[derive(Debug, Default)]
-struct Tap {
-    hit: Option<Hit>,
-    frames: [usize; 2],
-    /// Last frame from the device, as it sent it.
-    sent: Vec<u8>,
-    /// The frame that was hit, before and after.
-    changed: Option<(Vec<u8>, Vec<u8>)>,
-}
 
 struct Running {
     rig: Rig,
@@ -188,12 +165,7 @@ impl Running {
         let given = self.rig.bench.borrow().drive_commands();
         let told = acting.map(|code| (f64::from(code) - 32_768.0) / 32_768.0);
         assert!(given.iter().zip(told).all(|(a, b)| (a - b).abs() < 1e-12), "{given:?} {told:?}");
-        for j in 0..JOINTS {
-            self.judge_encoder(j, used(j), tally, limits);
-        }
-        self.judge_adc(used(ADC), tally);
-        self.judge_dac(used(DAC), tally);
-        self.judge_arm(tally);
+        self.judge(used, tally, limits);
     }
 
     /// Chooses the frames to be hit in the coming tick.
@@ -239,88 +211,6 @@ impl Running {
         }
     }
 
-    fn judge_encoder(&mut self, j: usize, used: bool, tally: &mut Tally, limits: &Thresholds) {
-        let layout = Layout::new(REFERENCE.encoders[j].bits).expect("a width that a head has");
-        let tap = self.taps[j].borrow();
-        let decode = |bytes: &[u8]| layout.decode(bytes.try_into().expect("a whole frame")).ok();
-        let sent = decode(&tap.sent).expect("as a head sends it");
-        let code = self.rig.last.code[j];
-        let off = code.abs_diff(sent.position);
-        tally.off_counts[j] = tally.off_counts[j].max(off);
-        // No step differs from the one before by more than a joint can be accelerated, in the ticks since the last
-        // sample that was used.
-        let [before, first] = self.codes[j];
-        let bend = code.wrapping_sub(before).wrapping_sub(before.wrapping_sub(first)) as i32;
-        let ticks = 1 + u32::from(self.levels[j]) / 2;
-        let window = limits.encoder.wide[j] * ticks * ticks;
-        // Where that stops the arm, the model alone says where the joint is.
-        let fits = !used || !self.goes_on() || bend.unsigned_abs() <= window;
-        assert!(fits, "joint {j}: {bend} counts, at most {window}");
-        self.codes[j] = [code, before];
-        let level = self.levels[j];
-        self.levels[j] = if used { level.saturating_sub(1) } else { (level + 2).min(6) };
-        let Some((hit, (_, after))) = tap.hit.zip(tap.changed.as_ref()) else { return };
-        let fate = &mut tally.fates[0][hit.sort];
-        fate.frames += 1;
-        let passed = decode(after).is_some_and(|word| word != sent);
-        fate.passed += u64::from(passed);
-        fate.used += u64::from(passed && used);
-        assert!(hit.sort > 1 || !passed && !used, "{hit:?} of encoder {j} is used");
-    }
-
-    fn judge_adc(&self, used: bool, tally: &mut Tally) {
-        let tap = self.taps[ADC].borrow();
-        let decode = |bytes: &[u8]| ads131m04::decode(bytes.try_into().expect("a frame")).ok();
-        let newest = decode(&tap.sent).expect("as the converter sends it");
-        let right = self.rig.last.adc == newest.codes;
-        let Some((hit, (before, after))) = tap.hit.zip(tap.changed.as_ref()) else {
-            assert!(!used || right);
-            return;
-        };
-        let fate = &mut tally.fates[1][hit.sort];
-        fate.frames += 1;
-        let passed = decode(after).is_some_and(|frame| Some(frame) != decode(before));
-        fate.passed += u64::from(passed);
-        fate.used += u64::from(used && !right);
-        assert!(hit.sort > 1 || !passed && (!used || right), "{hit:?} of the converter is used");
-    }
-
-    fn judge_dac(&self, used: bool, tally: &mut Tally) {
-        let tap = self.taps[DAC].borrow();
-        let Some((hit, (before, after))) = tap.hit.zip(tap.changed.as_ref()) else { return };
-        let fate = &mut tally.fates[2][hit.sort];
-        fate.frames += 1;
-        let word = |bytes: &[u8]| u32::from_be_bytes(bytes.try_into().expect("a frame"));
-        let changed = word(before) ^ word(after);
-        let passed = dac81404::Answer::from_bytes(word(after).to_be_bytes()).is_some();
-        fate.passed += u64::from(passed);
-        fate.used += u64::from(passed && used);
-        // An echo's R/W bit and its CRC say nothing that is not known.
-        let harmless = hit.way == Way::In && hit.frame > 0 && changed & 0x7FFF_FF00 == 0;
-        // A request for the status is answered in the next tick.
-        let later = hit.way == Way::Out && hit.frame == 4;
-        assert!(!used || harmless || later || hit.sort > 1, "{hit:?} of the DAC is used");
-        assert!(hit.sort > 1 || !passed, "{hit:?} of the DAC passes");
-    }
-
-    /// Compares the tip with its path, along which a stop goes on at a falling rate.
-    fn judge_arm(&mut self, tally: &mut Tally) {
-        let record = &self.rig.last;
-        match Mode::from_number(record.mode) {
-            Some(Mode::Moving) => self.phase = f64::from(record.phase),
-            Some(Mode::Stopping) => {
-                self.phase += f64::from(record.path_rate) / f64::from(PATH_RATE_ONE);
-            }
-            _ => {}
-        }
-        let all = f64::from(self.lift.duration_ticks);
-        let tick = if self.down { all - self.phase } else { self.phase };
-        let wanted = self.path.tip(&self.path.at(tick / TICK_HZ)).position_m;
-        let tip = self.rig.plant.tip().position_m;
-        let off = tip.iter().zip(wanted).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
-        tally.off_path_m = tally.off_path_m.max(off);
-    }
-
     /// Sees a stop to its end, on a bus that is sound again.
     fn see_stop(&mut self, tally: &mut Tally) {
         self.rig.devices.iter().for_each(|line| *line.tamper.borrow_mut() = None);
@@ -333,39 +223,4 @@ impl Running {
         assert_eq!(record.mode, Mode::Latched as u8, "{record:?}");
         assert!(!self.rig.is_live() && self.rig.plant.qd() == [0.0; JOINTS]);
     }
-}
-
-impl Tap {
-    fn pass(&mut self, device: usize, way: Way, bytes: &mut [u8], damage: &RefCell<Damage>) {
-        let frame = &mut self.frames[way as usize];
-        let number = *frame;
-        *frame += 1;
-        if way == Way::In {
-            self.sent = bytes.to_vec();
-        }
-        let Some(hit) = self.hit.filter(|hit| (hit.frame, hit.way) == (number, way)) else {
-            return;
-        };
-        let before = bytes.to_vec();
-        if hit.sort == NEAR {
-            shift(REFERENCE.encoders[device].bits, hit.near, bytes);
-        } else {
-            let kind = match device {
-                ADC => Device::Adc,
-                DAC => Device::Dac,
-                j => Device::Encoder(REFERENCE.encoders[j].bits),
-            };
-            damage.borrow_mut().inflict(SORTS[hit.sort], kind, bytes);
-        }
-        self.changed = Some((before, bytes.to_vec()));
-    }
-}
-
-/// Gives an encoder's frame a position this far away, and the check sum that fits.
-fn shift(bits: u32, counts: i32, bytes: &mut [u8]) {
-    let layout = Layout::new(bits).expect("a width that a head has");
-    let frame: &mut [u8; biss_c::FRAME_BYTES] = bytes.try_into().expect("a whole frame");
-    let word = layout.decode(frame).expect("as a head sends it");
-    let position = word.position.wrapping_add_signed(counts);
-    *frame = layout.encode(Word { position, ..word });
 }
