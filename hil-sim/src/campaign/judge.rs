@@ -127,7 +127,7 @@ fn measured(case: &Case<'_>, plan: &Plan, trial: &Trial, begun: usize) -> Verdic
     let v = case.variant;
     let times = Times::of(v, trial, begun);
     // A stop before the fault had come about counts from itself.
-    let from = times.onset.or(times.reacted).unwrap_or(begun);
+    let from = times.onset.into_iter().chain(times.reacted).min().unwrap_or(begun);
     let reference = case.reference(trial, begun, from, times.reaction != Reaction::None);
     let drop_m = measure::drop_m(trial, begun.min(from), &reference, v.by_ticks);
     let limp = !matches!(times.reaction, Reaction::None | Reaction::Ss1);

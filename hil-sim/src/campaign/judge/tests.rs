@@ -10,8 +10,12 @@ use crate::faults::{Kind, Target};
 const SEED: u64 = 1;
 
 fn pose() -> Pose {
+    named("lowering")
+}
+
+fn named(name: &str) -> Pose {
     let poses = Pose::all().expect("good poses");
-    poses.into_iter().find(|pose| pose.name == "lowering").expect("a pose of that name")
+    poses.into_iter().find(|pose| pose.name == name).expect("a pose of that name")
 }
 
 /// Three lost frames in a row.
@@ -40,6 +44,14 @@ fn broken_limits_of_time_fall_short() {
     assert_eq!(short(Variant { detect: 0, ..lost() }), ["noticed after 1 ticks, at most 0"]);
     let early = vec![(Condition::BucketFull(2), 0)];
     assert_eq!(short(Variant { react: early, ..lost() }), ["reacted after 1 ticks, at most 0"]);
+}
+
+/// An arm that was to rise until the condition is complete is not too low because it was stopped before.
+#[test]
+fn a_stop_before_its_condition_is_compared_with_one_at_its_own_time() {
+    let late = lost().from(Condition::After(400));
+    let verdict = judge(&late, &named("lifting"), SEED, Path::new(""));
+    assert_eq!((verdict.react_ticks, verdict.short), (Some(0), Vec::new()));
 }
 
 #[test]
