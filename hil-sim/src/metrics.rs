@@ -26,16 +26,16 @@ impl Meter {
         self.ticks += 1;
     }
 
-    /// The metrics so far; all zero before the first tick.
+    /// The metrics so far; rho only of a tip that was to move.
     pub fn metrics(&self) -> Metrics {
         if self.ticks == 0 {
-            return Metrics::default();
+            return Metrics::NONE;
         }
         let n = f64::from(self.ticks);
         Metrics {
             rms_m: self.square_sum.map(|sum| (sum / n).sqrt()),
             rse_m: self.norm_sum / n,
-            rho_s: if self.speed_max > 0.0 { self.error_max / self.speed_max } else { 0.0 },
+            rho_s: if self.speed_max > 0.0 { self.error_max / self.speed_max } else { f64::NAN },
             e_max_m: self.error_max,
             v_max_m_s: self.speed_max,
         }

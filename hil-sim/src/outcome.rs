@@ -58,7 +58,8 @@ pub struct TickRow {
     pub record: Record,
 }
 
-/// Metrics of Section 4 over ticks 0..=N of the trajectory, against the true plant state.
+/// Metrics of Section 4 over ticks 0..=N of the trajectory, against the true plant state; not a number, and `null` in
+/// JSON, where there is nothing to measure.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Metrics {
     /// Root mean square tip error along each world axis, m.
@@ -71,6 +72,17 @@ pub struct Metrics {
     pub e_max_m: f64,
     /// Highest desired tip speed, m/s.
     pub v_max_m_s: f64,
+}
+
+impl Metrics {
+    /// Of a run that never came to its trajectory.
+    pub const NONE: Self = Self {
+        rms_m: [f64::NAN; 3],
+        rse_m: f64::NAN,
+        rho_s: f64::NAN,
+        e_max_m: f64::NAN,
+        v_max_m_s: f64::NAN,
+    };
 }
 
 /// One finished run.
@@ -102,8 +114,8 @@ pub struct Outcome {
     /// Fault in which the run had to end, if it had to.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub expected: Option<String>,
-    /// From power-up to the trajectory's start, s.
-    #[serde(skip)]
+    /// From power-up to the trajectory's start, s, where something is listed as having happened.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub start_s: Option<f64>,
     /// What happened, where faults were injected.
     #[serde(skip_serializing_if = "Vec::is_empty")]

@@ -15,7 +15,8 @@ fn faults(arguments: &[&str]) -> (Option<i32>, String, String, bool) {
         .output()
         .expect("the program starts");
     let text = |bytes| String::from_utf8(bytes).expect("UTF-8");
-    let report = folder.path().join("out/faults/report.html").exists();
+    // Named after the row, which `--only` gives.
+    let report = folder.path().join(format!("out/faults-{}/report.html", arguments[1])).exists();
     (output.status.code(), text(output.stdout), text(output.stderr), report)
 }
 

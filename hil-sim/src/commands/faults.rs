@@ -9,7 +9,7 @@ use crate::campaign::{self, Options};
 use crate::cli::FaultsArgs;
 use crate::report;
 
-/// Where the report goes.
+/// Where the report of the whole campaign goes; that of one row does not take its place.
 const FOLDER: &str = "out/faults";
 
 /// Runs the campaign; `false` where a cell falls short.
@@ -19,7 +19,8 @@ pub fn faults(args: &FaultsArgs) -> miette::Result<bool> {
     let campaign = campaign::run(&options, &|done, planned| progress.show(done, planned));
     drop(progress);
     let campaign = campaign.into_diagnostic()?;
-    let page = report::write_campaign(Path::new(FOLDER), &campaign).into_diagnostic()?;
+    let folder = args.only.map_or(FOLDER.into(), |row| format!("{FOLDER}-{row}"));
+    let page = report::write_campaign(Path::new(&folder), &campaign).into_diagnostic()?;
     if args.json {
         say!("{}", serde_json::to_string(&campaign.json()).into_diagnostic()?);
     } else {

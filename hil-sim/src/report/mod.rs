@@ -13,14 +13,14 @@ mod table;
 
 use std::collections::HashSet;
 use std::fs::{self, File};
-use std::io::BufWriter;
+use std::io::{BufWriter, ErrorKind};
 use std::path::{Path, PathBuf};
 
 pub use campaign::write_campaign;
 use clap::ValueEnum;
 pub use table::table3;
 
-use crate::outcome::Outcome;
+use crate::outcome::{Adaptation, Law, Outcome};
 
 /// Joint-wise units of position, speed and effort; joint 4 is prismatic.
 const POSITION: [&str; shared::arm::JOINTS] = ["rad", "rad", "rad", "m"];
@@ -62,6 +62,7 @@ pub fn write(dir: &Path, outcomes: &[Outcome]) -> Result<PathBuf, ReportError> {
     check(outcomes)?;
     let html = page::render(outcomes)?;
     fs::create_dir_all(dir).map_err(at(dir))?;
+    clear(dir)?;
     write_summary(&dir.join("summary.json"), outcomes)?;
     for outcome in outcomes {
         let path = dir.join(file_name("log", outcome, outcomes.len(), "csv"));
@@ -71,6 +72,23 @@ pub fn write(dir: &Path, outcomes: &[Outcome]) -> Result<PathBuf, ReportError> {
     let path = dir.join("report.html");
     fs::write(&path, html).map_err(at(&path))?;
     Ok(path)
+}
+
+/// Removes what an earlier run has written, so that nobody takes it for this one's.
+fn clear(dir: &Path) -> Result<(), ReportError> {
+    let laws = Law::value_variants().iter().map(|law| value_name(*law));
+    let adaptations = || Adaptation::value_variants().iter().map(|one| value_name(*one));
+    let of_one = laws.flat_map(|law| adaptations().map(move |one| format!("-{law}-{one}")));
+    for run in of_one.chain([String::new()]) {
+        for (what, ending) in [("log", "csv"), ("evidence", "csv"), ("evidence", "json")] {
+            let path = dir.join(format!("{what}{run}.{ending}"));
+            match fs::remove_file(&path) {
+                Err(error) if error.kind() != ErrorKind::NotFound => return Err(at(&path)(error)),
+                _ => {}
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Writes what the controller kept, if the run ended in a fault, into `dir` (made if missing): `evidence.csv` with

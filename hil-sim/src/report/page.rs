@@ -9,7 +9,7 @@ const STYLE: &str = include_str!("page.css");
 /// The whole page.
 pub(super) fn render(outcomes: &[Outcome]) -> Result<String, ReportError> {
     let figures = if outcomes.iter().any(|outcome| outcome.rows.is_empty()) {
-        "<p>No figures: the runs did not keep their ticks.</p>".into()
+        "<p>No figures: there is a run without a tick of its trajectory.</p>".into()
     } else {
         figures::all(outcomes)?.iter().map(figure).collect::<String>()
     };

@@ -54,6 +54,11 @@ impl Limits {
         ];
         let sentence = |(name, value, limit, unit): (&str, f64, Option<f64>, &str)| {
             let limit = limit.filter(|limit| value.is_nan() || value > *limit)?;
+            if value.is_nan() {
+                return Some(format!(
+                    "{name} could not be measured; its limit is {limit:.3e} {unit}"
+                ));
+            }
             Some(format!("{name} {value:.3e} {unit} is above its limit of {limit:.3e} {unit}"))
         };
         judged.into_iter().filter_map(sentence).collect()
@@ -84,7 +89,7 @@ mod tests {
         };
         let expected = [
             "mean tip error (RSE) 3.100e-7 m is above its limit of 2.700e-7 m",
-            "relative error rho NaN s is above its limit of 1.000e-3 s",
+            "relative error rho could not be measured; its limit is 1.000e-3 s",
             "RMS tip error along y 2.000e-6 m is above its limit of 1.000e-6 m",
         ];
         assert_eq!(LIMITS.broken(&metrics), expected);

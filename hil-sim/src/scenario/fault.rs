@@ -6,7 +6,7 @@ use shared::fault::Fault;
 use toml::Spanned;
 
 use super::LIKENESS;
-use super::bounds;
+use super::bounds::{self, Bounds};
 use super::error::{ScenarioError, Source};
 use super::raw::{Leaf, RawFault};
 use crate::faults::{Injection, Kind, SPECS, Span, Target};
@@ -14,11 +14,17 @@ use crate::faults::{Injection, Kind, SPECS, Span, Target};
 type Checked<T> = Result<T, ScenarioError>;
 
 impl Source<'_> {
-    pub(super) fn faults(&self, raw: &[Spanned<RawFault>]) -> Checked<Vec<Injection>> {
-        raw.iter().map(|raw| self.injection(raw.get_ref(), &raw.span())).collect()
+    /// Faults of a run that ends `duration_s` after the trajectory's start.
+    pub(super) fn faults(
+        &self,
+        raw: &[Spanned<RawFault>],
+        duration_s: f64,
+    ) -> Checked<Vec<Injection>> {
+        let at_s = Bounds { hi: duration_s, ..bounds::FAULT_AT_S };
+        raw.iter().map(|raw| self.injection(raw.get_ref(), &raw.span(), &at_s)).collect()
     }
 
-    fn injection(&self, raw: &RawFault, table: &Range<usize>) -> Checked<Injection> {
+    fn injection(&self, raw: &RawFault, table: &Range<usize>, at_s: &Bounds) -> Checked<Injection> {
         let kind = self.kind(&raw.kind, table)?;
         let target = self.target(kind, &raw.target, table)?;
         let injection = Injection::new(kind, target, f64::NEG_INFINITY);
@@ -29,7 +35,7 @@ impl Source<'_> {
             return Ok(Injection { severity: self.severity(raw, &injection, table)?, ..injection });
         }
         Ok(Injection {
-            at_s: self.required_number(&raw.at_s, &bounds::FAULT_AT_S, table)?,
+            at_s: self.required_number(&raw.at_s, at_s, table)?,
             for_s: self.duration(&raw.for_s)?,
             severity: self.severity(raw, &injection, table)?,
             ..injection

@@ -45,7 +45,7 @@ impl Source<'_> {
             return Err(self.refused(&at, first.key, "is not a list of four numbers", first));
         };
         if values.len() != JOINTS {
-            let problem = format!("has {} entries", values.len());
+            let problem = format!("has {} entries and not four", values.len());
             return Err(self.refused(&at, first.key, &problem, first));
         }
         let mut four = default;

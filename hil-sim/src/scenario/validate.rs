@@ -36,7 +36,7 @@ impl Source<'_> {
             bus: Bus { error_share: self.number(&raw.bus.error_share, &bounds::ERROR_SHARE, 0.0)? },
             controller: self.controller(&raw.controller)?,
             accept: self.accept(&raw.accept)?,
-            faults: self.faults(&raw.fault)?,
+            faults: self.faults(&raw.fault, duration_s)?,
             expect: self.expected(&raw.expect.fault)?,
         })
     }

@@ -40,7 +40,7 @@ impl Session<'_> {
             realtime_factor: self.clock.true_s() / wall_s,
             broken_limits,
             expected: s.expect.map(|fault| fault.name().into()),
-            start_s: self.clock.start_s(),
+            start_s: self.clock.start_s().filter(|_| !self.happenings().is_empty()),
             happenings: self.happenings().to_vec(),
             torque_limit: self.arm.limits.map(|l| l.tau_max),
             rows: self.judge.into_rows(),
