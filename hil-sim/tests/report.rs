@@ -216,7 +216,7 @@ fn runs_without_ticks_have_a_page_without_figures() {
     let mut bare = both();
     bare.iter_mut().for_each(|outcome| outcome.rows.clear());
     let (_dir, html) = written(&bare);
-    assert!(html.contains("Table 3") && html.contains("did not keep their ticks"));
+    assert!(html.contains("Table 3") && html.contains("without a tick of its trajectory"));
     assert!(!html.contains("<figure>"));
 }
 
