@@ -113,8 +113,8 @@ bounds! {
     SKEW_S: "encoders.skew_s", Real, 0.0, 15e-6, "s",
         "the fourth latch must fall into the first half of the shortest tick, 125 us";
     ERROR_SHARE: "bus.error_share", Real, 0.0, 1.0, "", "it is a share of the frames";
-    FAULT_AT_S: "fault.at_s", Real, -1000.0, 1000.0, "s",
-        "seconds after the trajectory's start; before power-up means from power-up on";
+    FAULT_AT_S: "fault.at_s", Real, -1000.0, 60.0, "s",
+        "seconds after the trajectory's start, not after its end (`duration_s`); before power-up means from power-up on";
     FAULT_FOR_S: "fault.for_s", Real, 1e-6, 1000.0, "s", "";
     K1: "controller.k1", Real, 10.0, 500.0, "1/s", "";
     K2: "controller.k2", Real, 10.0, 500.0, "1/s", "";
