@@ -83,6 +83,16 @@ impl Metrics {
         e_max_m: f64::NAN,
         v_max_m_s: f64::NAN,
     };
+
+    /// A figure in four digits, or a dash where there was nothing to measure.
+    pub fn figure(value: f64) -> String {
+        if value.is_nan() { "-".into() } else { format!("{value:.4e}") }
+    }
+
+    /// The same of a speed, whose size is known beforehand.
+    pub fn speed(value: f64) -> String {
+        if value.is_nan() { "-".into() } else { format!("{value:.4}") }
+    }
 }
 
 /// One finished run.

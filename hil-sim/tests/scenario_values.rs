@@ -26,9 +26,7 @@ fn setting(bounds: &Bounds, value: f64) -> String {
         _ => "duration_s = 60",
     };
     match bounds.key.strip_prefix("fault.") {
-        Some("at_s") => {
-            with("duration_s = 60", &format!("[[fault]]\nkind = \"hang\"\nat_s = {number}"))
-        }
+        Some("at_s") => with(companion, &format!("[[fault]]\nkind = \"hang\"\nat_s = {number}")),
         Some(key) => with("", &format!("[[fault]]\nkind = \"hang\"\nat_s = 0\n{key} = {number}")),
         None => with(&format!("{companion}\n{} = {number}", key(bounds)), ""),
     }

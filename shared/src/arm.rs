@@ -178,4 +178,9 @@ impl Arm {
         self.encoders[JOINTS - 1] = linear(last.bits, linear_lsb_m, last.zero);
         self
     }
+
+    /// Torque that the DAC's `code` (offset binary, 16 bits) asks the drive of joint `j` for, N m and N.
+    pub fn commanded(&self, j: usize, code: u16) -> f64 {
+        (f64::from(code) - 32_768.0) / 32_768.0 * self.drive_full_scale[j]
+    }
 }

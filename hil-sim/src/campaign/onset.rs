@@ -163,11 +163,10 @@ fn late(trial: &Trial, begun: usize, count: u32) -> Option<usize> {
 
 /// The torque is off by more than what counts as wrong. The converter shows in a tick what acted in the step before it.
 fn torque_wrong(trial: &Trial, begun: usize, j: usize) -> Option<usize> {
-    let full = REFERENCE.drive_full_scale[j];
     let torque_wrong = f64::from(Safety::REFERENCE.torque_wrong[j]);
     let wrong = |i: usize| {
         let (frame, before) = (&trial.frames[i], &trial.frames[i - 1]);
-        let told = (f64::from(before.record.dac[j]) - 32_768.0) / 32_768.0 * full;
+        let told = REFERENCE.commanded(j, before.record.dac[j]);
         (frame.torque[j] - told).abs() > torque_wrong
     };
     let stopped = measure::first_stop(trial, begun).unwrap_or(trial.frames.len());
@@ -177,9 +176,8 @@ fn torque_wrong(trial: &Trial, begun: usize, j: usize) -> Option<usize> {
 }
 
 fn torque_at_limit(frame: &Frame) -> bool {
-    let highest =
-        |j: usize| (REFERENCE.limits[j].tau_max / REFERENCE.drive_full_scale[j] * 32_768.0) as u16;
-    (0..JOINTS).any(|j| frame.record.dac[j].abs_diff(32_768) >= highest(j))
+    let told = |j: usize| REFERENCE.commanded(j, frame.record.dac[j]);
+    (0..JOINTS).any(|j| told(j).abs() >= REFERENCE.limits[j].tau_max)
 }
 
 fn astray(frame: &Frame) -> bool {

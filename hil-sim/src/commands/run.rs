@@ -6,7 +6,7 @@ use miette::IntoDiagnostic;
 
 use super::progress::Progress;
 use crate::cli::{Choice, RunArgs};
-use crate::outcome::{Adaptation, Law, Outcome};
+use crate::outcome::{Adaptation, Law, Metrics, Outcome};
 use crate::report;
 use crate::run::{self, Options};
 use crate::scenario::Scenario;
@@ -84,21 +84,15 @@ pub fn print_outcome(outcome: &Outcome) {
     let m = &outcome.metrics;
     say!("{} with {} at {} Hz", outcome.scenario, outcome.label(), outcome.tick_hz);
     let [x, y, z, rse, rho, e_max] =
-        [m.rms_m[0], m.rms_m[1], m.rms_m[2], m.rse_m, m.rho_s, m.e_max_m].map(figure);
+        [m.rms_m[0], m.rms_m[1], m.rms_m[2], m.rse_m, m.rho_s, m.e_max_m].map(Metrics::figure);
     say!("  RMS x, y, z  {x}  {y}  {z} m");
     say!("  RSE          {rse} m");
     say!("  rho          {rho} s");
     say!("  e_max        {e_max} m");
-    let v_max = if m.v_max_m_s.is_nan() { "-".into() } else { format!("{:.4}", m.v_max_m_s) };
-    say!("  v_max        {v_max} m/s");
+    say!("  v_max        {} m/s", Metrics::speed(m.v_max_m_s));
     say!("  {} ticks, {:.0} times real time", outcome.ticks, outcome.realtime_factor);
     print_happenings(outcome);
     print_verdict(outcome);
-}
-
-/// A figure, or a dash where there was nothing to measure.
-fn figure(value: f64) -> String {
-    if value.is_nan() { "-".into() } else { format!("{value:.4e}") }
 }
 
 /// Prints what happened, since the trajectory's start if there was one.

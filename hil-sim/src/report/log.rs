@@ -65,16 +65,11 @@ fn telemetry() -> impl Iterator<Item = Column> {
     joints("e_controller", POSITION, |r, j| r.record.e1[j].into())
         .chain(joints("qd_controller", SPEED, |r, j| r.record.qd[j].into()))
         .chain(joints("ed_controller", SPEED, |r, j| r.record.e1_dot[j].into()))
-        .chain(joints("tau_command", EFFORT, commanded))
+        .chain(joints("tau_command", EFFORT, |r, j| REFERENCE.commanded(j, r.record.dac[j])))
         .chain(joints("d_hat", EFFORT, |r, j| r.record.d_hat[j].into()))
         .chain(joints("encoder", counts, |r, j| r.record.code[j].into()))
         .chain(joints("adc", counts, |r, j| r.record.adc[j].into()))
         .chain(flags)
-}
-
-/// Commanded torque from its DAC code (offset binary, 16 bits), N m or N.
-fn commanded(row: &TickRow, joint: usize) -> f64 {
-    (f64::from(row.record.dac[joint]) - 32_768.0) / 32_768.0 * REFERENCE.drive_full_scale[joint]
 }
 
 fn one(header: &str, value: fn(&TickRow, usize) -> f64) -> Column {

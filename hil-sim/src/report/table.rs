@@ -54,9 +54,8 @@ pub(super) fn cells(outcomes: &[Outcome]) -> Cells {
     let names = ours.chain([PAPER_TAU.name.into(), PAPER_PD.name.into()]);
     let rows = QUANTITIES.iter().enumerate().map(|(i, quantity)| {
         let ours = outcomes.iter().map(|outcome| match figures(&outcome.metrics)[i] {
-            nothing if nothing.is_nan() => "-".into(),
-            speed if i == SPEED => format!("{speed:.4}"),
-            figure => format!("{figure:.4e}"),
+            speed if i == SPEED => Metrics::speed(speed),
+            figure => Metrics::figure(figure),
         });
         let tau = printed(&PAPER_TAU, i);
         let pd = printed(&PAPER_PD, i) + if i >= E_MAX { " *" } else { "" };

@@ -53,13 +53,13 @@ impl Limits {
             ("RMS tip error along z", z, self.rms_m, "m"),
         ];
         let sentence = |(name, value, limit, unit): (&str, f64, Option<f64>, &str)| {
-            let limit = limit.filter(|limit| value.is_nan() || value > *limit)?;
-            if value.is_nan() {
-                return Some(format!(
-                    "{name} could not be measured; its limit is {limit:.3e} {unit}"
-                ));
-            }
-            Some(format!("{name} {value:.3e} {unit} is above its limit of {limit:.3e} {unit}"))
+            let limit = limit?;
+            let above = || format!("{value:.3e} {unit} is above its limit of");
+            let told = match value.is_nan() {
+                true => "could not be measured; its limit is".into(),
+                false => (value > limit).then(above)?,
+            };
+            Some(format!("{name} {told} {limit:.3e} {unit}"))
         };
         judged.into_iter().filter_map(sentence).collect()
     }

@@ -45,10 +45,9 @@ fn limited(name: &str, load: Injection, expect: Expect) -> Variant {
     variant.from(Condition::TorqueAtLimit).checked(is_limited)
 }
 
-fn is_limited(trial: &Trial, _: usize) -> Option<String> {
-    let started = trial.start.unwrap_or(0);
-    let never = Condition::TorqueAtLimit.index(trial, started).is_none();
-    never.then(|| "no torque came to its limit".into()).or_else(|| learns_at_limit(trial, started))
+fn is_limited(trial: &Trial, from: usize) -> Option<String> {
+    let never = Condition::TorqueAtLimit.index(trial, trial.start.unwrap_or(0)).is_none();
+    never.then(|| "no torque came to its limit".into()).or_else(|| learns_at_limit(trial, from))
 }
 
 /// A joint at its torque limit learns nothing: the estimate is the law's only integral, and would wind up.
