@@ -99,7 +99,7 @@ pub struct Image {
     pub magic: u32,
     /// Boots since the image was first written.
     pub boots: u32,
-    /// Fault that ended the last run in an exception, [`crate::fault::Fault`] number; 0 if none did.
+    /// Fault that ended the last run by a reset, [`crate::fault::Fault`] number; 0 if none did.
     pub crash: u32,
     /// Its fault status register (Armv7-M ARM B3.2.15, CFSR).
     pub crash_status: u32,
@@ -148,9 +148,10 @@ impl Image {
         self.magic == MAGIC && counts.iter().all(|(count, end)| count < end)
     }
 
-    /// Fault of the exception that ended the last run, if one did.
+    /// Fault that ended the last run by a reset, if one did.
     pub fn crash_fault(&self) -> Option<Fault> {
-        [Fault::HardFault, Fault::StackOverflow].into_iter().find(|f| *f as u32 == self.crash)
+        let crashes = [Fault::HardFault, Fault::StackOverflow, Fault::TickHung];
+        crashes.into_iter().find(|fault| *fault as u32 == self.crash)
     }
 
     /// Encoder codes of the pose in which the brakes last took over, if one was written whole.

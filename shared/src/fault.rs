@@ -74,6 +74,8 @@ codes! {
         TickLate = 401,
         /// Ticks took longer than their budget.
         TickOverBudget = 402,
+        /// A tick did not end, and the board's own watchdog reset it; kept over the reset.
+        TickHung = 403,
         /// An estimate was no number, or not what its sensor says; it was replaced.
         NotFinite = 501,
         /// The distance to the set-point is beyond anything that control can cause.

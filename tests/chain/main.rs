@@ -1,5 +1,6 @@
 //! The whole chain through bytes: firmware, drivers, simulated chips and plant.
 
+mod damage;
 mod integration;
 mod modes;
 mod repeatability;

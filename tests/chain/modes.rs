@@ -9,7 +9,7 @@ use shared::fault::{Fault, Mode, Refusal};
 use shared::telemetry::Record;
 use tests::rig::Rig;
 
-fn rig() -> Rig {
+pub fn rig() -> Rig {
     Rig::new(&config_of(&Scenario::load("paper").expect("a shipped scenario")), 10e-6)
 }
 

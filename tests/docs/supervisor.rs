@@ -63,7 +63,7 @@ fn motion(config: &Config) -> Motion {
 /// Every row of the table of pins, by the mode that it is of.
 fn modes(config: &Config, timing: &Timing) -> Vec<(&'static str, Mode)> {
     let (pose, codes) = ([0; JOINTS], [0; JOINTS]);
-    let cause = Cause { finding: Finding::new(Fault::OperatorStop), isolated: 0 };
+    let cause = Cause { finding: Finding::new(Fault::OperatorStop), isolated: 0, cut: false };
     let follower = Follower::from_rest(&timing.pace);
     let (line, motion) = (Line::default(), motion(config));
     let boot = |ticks| Mode::Boot { ticks, complaint: Fault::None };
@@ -118,17 +118,22 @@ fn pins_do_what_their_table_says() {
 
 #[test]
 fn isolated_joints_lose_torque_and_brake_release() {
-    let cause = Cause { finding: Finding::of_joint(Fault::DriveLost, 1), isolated: 0b0010 };
+    let finding = Finding::of_joint(Fault::DriveLost, 1);
+    let cause = Cause { finding, isolated: 0b0010, cut: false };
     let mut core = Box::new(Core::new());
     let config = Config::default();
     core.configure(&config, config.crc(), &Retained::default()).expect("a good configuration");
     let timing = core.memory().thresholds.timing;
     let follower = Follower::from_rest(&timing.pace);
     let stopping = Mode::Stopping { path: Path::Line(Line::default()), follower, cause };
-    let hold = Mode::BrakeHold { pose: [0; JOINTS], ticks: 0, closed: 0, cause };
+    let pose = [0; JOINTS];
+    let hold = Mode::BrakeHold { pose, ticks: 0, closed: 0, cause };
+    let lowering = Mode::Lowering { ticks: timing.preload, pose, motion: None, cause };
     let bits = |mode: Mode| {
         let levels = mode.levels(&timing);
         (levels.drives, levels.release)
     };
-    assert_eq!((bits(stopping), bits(hold)), ((0b1101, 0b1101), (0b1101, 0)));
+    assert_eq!(bits(stopping), (0b1101, 0b1101));
+    assert_eq!(bits(hold), (0b1101, 0));
+    assert_eq!(bits(lowering), (0b1101, 0b1101));
 }

@@ -8,6 +8,7 @@ use embedded_hal::spi::{self, Operation, SpiDevice};
 use firmware::config::Config;
 use firmware::executive::{Executive, Retained, TickInput};
 use firmware::io::{Io, Outputs};
+use firmware::memory::Memory;
 use firmware::planner::{Order, Planner};
 use hil_sim::bench::{self, Bench, Device, Handle, Input, Motion, Output};
 use hil_sim::plant::{Disturbance, FRICTION, Plant, RATIOS, Ratios};
@@ -181,6 +182,11 @@ impl Rig {
         }
         let (now, fault) = (Mode::from_number(self.last.mode), self.last.fault);
         panic!("{mode:?} is not reached in {limit_s} s: {now:?}, fault {fault}");
+    }
+
+    /// Parameters and estimates, to damage them.
+    pub fn memory(&mut self) -> &mut Memory {
+        self.controller.memory()
     }
 
     /// Whether any pin lets torque flow or opens a brake.

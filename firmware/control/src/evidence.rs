@@ -60,9 +60,8 @@ impl Recorder {
         if image.closed == 0 && record.tick.is_multiple_of(self.interval) {
             put(&mut image.thin, &mut image.thin_count, record);
         }
-        if image.frozen != 0 && record.powered & 0b1111 == 0 {
-            image.closed = 1;
-        }
+        // A brake that slips brings torque back, and the ring goes on.
+        image.closed = u32::from(image.frozen != 0 && record.powered & 0b1111 == 0);
         let is_ready = record.mode == Mode::Standby as u8;
         self.was_ready |= is_ready;
         if self.was_ready && (is_ready || record.mode == Mode::Latched as u8) {
@@ -166,6 +165,20 @@ mod tests {
         let errors: Vec<_> = image.errors_in_order().copied().collect();
         let fault = Fault::EncoderStuck as u16;
         assert_eq!(errors, [ErrorEntry { tick: 1_000, fault, mode: 7, joints: 0 }]);
+    }
+
+    #[test]
+    fn the_thin_ring_goes_on_while_an_arm_is_lowered() {
+        let mut image = Image::zeroed();
+        run(&mut image, 2_000);
+        let mut recorder = Recorder::new(&mut image, 2_000).0;
+        for tick in 3_000..4_000 {
+            let mode = if tick < 3_600 { Mode::Lowering } else { Mode::Latched };
+            recorder.note(&mut image, &record(tick, mode, Fault::BrakeSlipped));
+        }
+        let late = image.thin_in_order().map(|e| e.tick).filter(|&tick| tick >= 3_000);
+        assert_eq!(late.collect::<Vec<_>>(), (3_040..=3_600).step_by(40).collect::<Vec<_>>());
+        assert_eq!(image.trigger, 1_000);
     }
 
     #[test]

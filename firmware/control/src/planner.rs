@@ -209,6 +209,7 @@ impl Planner {
     }
 
     /// Whether a stop begun at this place of the motion stays within the torque reserve.
+    #[inline(never)]
     fn stops_at(&self, motion: &Motion, place: u32) -> bool {
         let ticks =
             (u64::from(motion.duration_ticks()) * u64::from(place) / u64::from(PLACES)) as u32;

@@ -144,6 +144,7 @@ fn is_without_crc(answers: &[[u8; 4]; 5]) -> bool {
 }
 
 /// Writes setting number `written` and asks for its check; `None` where anything fails.
+#[inline(never)]
 fn configure<S: SpiDevice>(spi: &mut S, written: usize) -> Option<State> {
     let Some(setting) = SETTINGS.get(written) else {
         let answer = exchange(spi, &Frame::read(register::STATUS))?;

@@ -107,7 +107,7 @@ impl<'m, S: SpiDevice, O: OutputPin, I: InputPin> Executive<'m, S, O, I> {
     pub fn tick(&mut self, input: &TickInput<'_>) -> &Record {
         let sound = self.core.begin();
         let driven = self.update();
-        let (control, codes) = if sound { self.work(input, driven) } else { self.repair() };
+        let (control, codes) = if sound { self.work(input, driven) } else { self.repair(input) };
         self.core.record(&control, codes, self.adc.codes(), self.powered, &mut self.record);
         self.feed_watchdog();
         &self.record

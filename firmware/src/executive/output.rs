@@ -4,7 +4,7 @@ use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_hal::spi::SpiDevice;
 use shared::arm::JOINTS;
 
-use super::{Control, Executive};
+use super::{Control, Executive, TickInput};
 use crate::JointVector;
 use crate::math::round_to_i32;
 
@@ -63,9 +63,10 @@ impl<S: SpiDevice, O: OutputPin, I: InputPin> Executive<'_, S, O, I> {
 
     /// A tick whose parameters' copies differ: torque stays as it is, and nothing was sampled or computed.
     #[inline(always)]
-    pub(super) fn repair(&mut self) -> (Control, [u16; JOINTS]) {
+    pub(super) fn repair(&mut self, input: &TickInput<'_>) -> (Control, [u16; JOINTS]) {
         self.stages = self.stages << 4 | 6;
-        self.core.repair();
+        let brakes = self.io.inputs.brakes();
+        self.core.repair(input.order, brakes);
         self.drive_again();
         (Control::none(), [DAC_ZERO; JOINTS])
     }

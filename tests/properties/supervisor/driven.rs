@@ -107,6 +107,7 @@ fn judge(before: &Mode, world: &World, order: Option<&Order>) -> Result<(), Test
     let levels = world.mode.levels(&world.timing);
     prop_assert_eq!(levels.release & !levels.drives, 0, "{:?}: a brake opens on no torque", to);
     prop_assert!(levels.sto || levels.drives == 0, "{to:?}");
+    prop_assert_eq!(levels.drives & world.mode.isolated(), 0, "{:?}: an isolated joint", to);
     let is_live =
         matches!(from, ModeCode::Arming | ModeCode::Holding | ModeCode::Moving | ModeCode::Jogging);
     match Reaction::to(world.finding.fault) {
@@ -129,7 +130,7 @@ proptest! {
     fn no_other_transition_happens(spans in proptest::collection::vec(spans(), 1..60)) {
         let mut world = World::new();
         world.ready = true;
-        let mut is_stopped = false;
+        let (mut is_stopped, mut is_cut) = (false, false);
         for span in spans {
             world.finding = Finding::of_joint(span.fault, 2);
             world.brakes = span.brakes;
@@ -144,6 +145,10 @@ proptest! {
                 let to = world.code();
                 is_stopped |= world.mode.cause().is_some();
                 is_stopped &= to != ModeCode::Boot;
+                is_cut |= to == ModeCode::TorqueOff;
+                is_cut &= to != ModeCode::Boot;
+                let live = world.mode.levels(&world.timing).sto;
+                prop_assert!(!(is_cut && live), "{to:?} after torque was cut");
                 let moves = matches!(
                     to,
                     ModeCode::Arming | ModeCode::Holding | ModeCode::Moving | ModeCode::Jogging

@@ -1,6 +1,7 @@
 //! The supervisor alone, on an ideal arm: every transition of its table happens, and no other.
 
 mod driven;
+mod stopped;
 mod table;
 
 use firmware::config::Config;
@@ -32,6 +33,8 @@ struct World {
     finding: Finding,
     blind: u8,
     silence: u32,
+    /// The arm does not follow its set-point.
+    drifts: bool,
 }
 
 impl World {
@@ -51,6 +54,7 @@ impl World {
             finding: Finding::NONE,
             blind: 0,
             silence: 0,
+            drifts: false,
         }
     }
 
@@ -60,7 +64,8 @@ impl World {
 
     /// One tick with this order; the arm is where the set-point has it.
     fn tick(&mut self, order: Option<&Order>) -> Refusal {
-        if let Some(set_point) = self.mode.set_point(&self.timing) {
+        let follows = if self.drifts { None } else { self.mode.set_point(&self.timing) };
+        if let Some(set_point) = follows {
             for (observer, position) in self.observers.iter_mut().zip(set_point.position) {
                 observer.position = position;
             }

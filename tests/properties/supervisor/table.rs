@@ -2,7 +2,7 @@
 
 use firmware::monitor::Finding;
 use firmware::planner::Order;
-use firmware::supervisor::{Exit, TRANSITIONS};
+use firmware::supervisor::{Exit, Mode, TRANSITIONS};
 use shared::fault::{Fault, Mode as ModeCode, Refusal};
 use shared::telemetry::PATH_RATE_ONE;
 
@@ -30,7 +30,7 @@ fn way_to(mode: ModeCode) -> Vec<Exit> {
     }
 }
 
-fn in_mode(mode: ModeCode) -> World {
+pub fn in_mode(mode: ModeCode) -> World {
     let mut world = World::new();
     for exit in way_to(mode) {
         leave_by(&mut world, exit);
@@ -42,23 +42,29 @@ fn in_mode(mode: ModeCode) -> World {
 /// Brings about what `exit` stands for, and waits for the mode to change.
 fn leave_by(world: &mut World, exit: Exit) {
     let from = world.code();
+    if (from, exit) == (ModeCode::Lowering, Exit::Stop) {
+        set_out(world);
+    }
     let order = match exit {
         Exit::Arm => Some(Order::Arm),
         Exit::Start => Some(Order::Start(world.motion())),
         Exit::Jog => Some(jog(1.0)),
         Exit::Stop => Some(Order::Stop),
+        Exit::AtRest if from == ModeCode::Lowering => Some(Order::Stop),
         Exit::Clear => Some(Order::Clear),
         _ => None,
     };
     world.ready = exit == Exit::Ready;
     world.slip = if exit == Exit::Slipped { 1_000 } else { 0 };
-    if exit == Exit::CutTorque {
-        world.finding = Finding::of_joint(Fault::Overspeed, 1);
-    }
+    world.finding = match exit {
+        Exit::CutTorque => Finding::of_joint(Fault::Overspeed, 1),
+        Exit::Astray => Finding::of_joint(Fault::ErrorWindow, 1),
+        _ => Finding::NONE,
+    };
     assert_eq!(world.tick(order.as_ref()), Refusal::None, "{from:?} by {exit:?}");
     world.finding = Finding::NONE;
     for _ in 0..2_000 {
-        if world.code() != from {
+        if world.code() != from || (from, exit) == (ModeCode::BrakeHold, Exit::Astray) {
             return;
         }
         // The planner's answer to a slipped brake.
@@ -66,6 +72,19 @@ fn leave_by(world: &mut World, exit: Exit) {
         world.tick(way.as_ref());
     }
     panic!("{from:?} is not left by {exit:?}");
+}
+
+/// Waits for the brakes that a lowering opens, and gives it its way.
+pub fn set_out(world: &mut World) {
+    let on_its_way = |world: &World| matches!(world.mode, Mode::Lowering { motion: Some(_), .. });
+    for _ in 0..100 {
+        let way = Order::Lower(world.motion());
+        world.tick(Some(&way));
+        if on_its_way(world) {
+            return;
+        }
+    }
+    panic!("{:?} does not take its way", world.code());
 }
 
 #[test]

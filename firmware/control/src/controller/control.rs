@@ -11,7 +11,7 @@ use crate::memory::Gained;
 use crate::monitor::Finding;
 use crate::path::Rate;
 use crate::planner::Order;
-use crate::supervisor::Mode;
+use crate::supervisor::{ALL, Mode};
 
 /// What the law leaves for bus and telemetry.
 #[derive(Clone, Copy, Debug)]
@@ -112,12 +112,8 @@ impl Core {
         if let Some(gained) = gained {
             self.set_gains(gained, &state);
         }
-        // Infinity and NaN stay what they are when multiplied by zero.
-        let finite = state.e1_dot.sum() * 0.0 == 0.0;
         let far = self.motions.is_far(&self.memory.thresholds.motion, &state.e1);
-        if (far | !finite) && self.stray(state.e1) {
-            return Control { torque: self.trace.written, ..Control::none() };
-        }
+        let astray = far && self.stray(&state.e1);
         let limits = &self.memory.thresholds.motion;
         let c = &self.memory.coefficients;
         let observers = &self.memory.estimates.observers;
@@ -129,6 +125,12 @@ impl Core {
         }
         let d_hat = self.memory.estimates.d_hat;
         let wanted = law::evaluate(&c.law, &c.dynamics, &state, &d_hat);
+        // Infinity and NaN stay what they are when multiplied by zero.
+        let finite = wanted.torque.sum() * 0.0 == 0.0;
+        if astray || !finite && self.blame() {
+            return Control { torque: self.trace.written, ..Control::none() };
+        }
+        let c = &self.memory.coefficients;
         let torque = wanted.torque.zip_map(&c.tau_max, clamp_symmetric);
         let saturated = wanted.torque.zip_map(&torque, |w, t| if w == t { 0.0 } else { 1.0 });
         if self.trace.adapts & !self.spoilt {
@@ -194,8 +196,7 @@ impl Core {
         }
         let speeds = self.memory.estimates.observers.iter().map(|observer| observer.velocity);
         if speeds.fold(0.0, |sum, v| sum + v * 0.0) != 0.0 {
-            let joints = self.mend();
-            self.findings.raise(Finding { fault: Fault::NotFinite, joints });
+            self.damage();
         }
         let mut control = Control::none();
         for j in 0..JOINTS {
@@ -206,19 +207,35 @@ impl Core {
         control
     }
 
-    /// Looks into estimates that are far from the set-point or no numbers; whether this tick has to do without the
-    /// law.
+    /// Looks into estimates that are far from the set-point; whether this tick has to do without the law.
     #[cold]
     #[inline(never)]
-    fn stray(&mut self, e1: JointVector) -> bool {
-        let damaged = self.mend();
-        if damaged != 0 {
-            self.findings.raise(Finding { fault: Fault::NotFinite, joints: damaged });
-            self.spoilt = true;
-            return true;
-        }
+    fn stray(&mut self, e1: &JointVector) -> bool {
+        let damaged = self.damage();
         let limits = &self.memory.thresholds.motion;
-        self.motions.judge_error(limits, &e1, self.trace.isolated, &mut self.findings)
+        damaged || self.motions.judge_error(limits, e1, self.trace.isolated, &mut self.findings)
+    }
+
+    /// Looks for what made the law's torques no numbers, which this tick has to do without. Where estimates are sound it
+    /// is the set-point, and a stop from there would be none either.
+    #[cold]
+    #[inline(never)]
+    fn blame(&mut self) -> bool {
+        if !self.damage() {
+            self.findings.raise(Finding { fault: Fault::ErrorWindow, joints: ALL });
+        }
+        self.spoilt = true;
+        true
+    }
+
+    /// Mends damaged estimates, and tells of them; whether there were any.
+    fn damage(&mut self) -> bool {
+        let joints = self.mend();
+        if joints != 0 {
+            self.findings.raise(Finding { fault: Fault::NotFinite, joints });
+            self.spoilt = true;
+        }
+        joints != 0
     }
 
     /// Estimates that are no numbers, or not what the codes say that they are made of, start anew from those.

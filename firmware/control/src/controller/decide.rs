@@ -61,7 +61,6 @@ impl Core {
         }
         if latched && matches!(self.mode, Mode::Boot { .. }) {
             self.parked = Some(self.codes());
-            self.pose_confirmed = false;
         }
     }
 
@@ -90,14 +89,22 @@ impl Core {
     }
 
     /// A tick whose parameters' copies differ: one more step towards the good one. No sample is taken, so to the
-    /// next tick more than one has passed.
+    /// next tick more than one has passed. Of all orders it takes only a stop.
     #[cold]
     #[inline(never)]
-    pub fn repair(&mut self) {
+    pub fn repair(&mut self, order: Option<&Order>, brakes: Brakes) {
         let lost = self.search.step(&mut self.memory) == Health::Lost;
         let fault = if lost { Fault::ParametersLost } else { Fault::ParameterFlipped };
         self.findings.raise(Finding::new(fault));
-        self.react();
+        self.judged = fault;
+        let stop = order.filter(|order| matches!(order, Order::Stop));
+        // What boot does between its ticks needs parameters.
+        let turn = !matches!(self.mode, Mode::Boot { .. });
+        let refusal = self.tell(stop, brakes, turn.then_some(Readiness::NONE));
+        if order.is_some() {
+            let busy = if lost { Refusal::LockedOut } else { Refusal::Busy };
+            self.refusal = if stop.is_some() { refusal } else { busy };
+        }
         self.acknowledged = false;
         self.rejected = 0;
     }
@@ -150,7 +157,12 @@ impl Core {
         let Mode::Boot { ticks, complaint } = self.mode else {
             return Readiness::NONE;
         };
-        self.pose_confirmed |= matches!(order, Some(Order::ConfirmPose));
+        // Nobody vouches for a pose that nobody has seen.
+        self.pose_confirmed |=
+            complaint == Fault::ParkedPoseDiffers && matches!(order, Some(Order::ConfirmPose));
+        if self.findings.worst.fault == Fault::ParametersLost {
+            return Readiness { ready: false, complaint: Fault::ParametersLost };
+        }
         let lossless = self.buckets.iter().all(|bucket| bucket.level() == 0);
         // Full buckets overflow at the first loss, and only starting over makes such an encoder believed again.
         let seen = self.seen == ALL && self.blind == 0;

@@ -42,7 +42,7 @@ pub struct TickInput<'a> {
 pub struct Retained {
     /// Encoder codes of the pose that the arm was parked in; `None` if it is not known.
     pub parked: Option<[u32; JOINTS]>,
-    /// Exception that ended the last run, if one did: until it is cleared, the controller stays latched.
+    /// Fault that ended the last run by a reset, if one did: until it is cleared, the controller stays latched.
     pub crash: Option<Fault>,
 }
 
@@ -268,6 +268,7 @@ impl Core {
     pub fn start_over(&mut self) {
         (self.adc_ready, self.acknowledged) = (false, false);
         (self.seen, self.blind, self.spoilt) = (0, 0, false);
+        self.pose_confirmed = false;
         for bucket in &mut self.buckets {
             *bucket = Bucket::FULL;
         }

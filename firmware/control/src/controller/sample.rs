@@ -171,7 +171,7 @@ impl Core {
         let (track, aim) = (&mut self.tracks[j], &self.trace.aim);
         // A joint that is driven away, or swings, stands still at times while the set-point goes on.
         let driven = self.trace.soft || self.trace.loose != 0 || self.trace.isolated != 0;
-        if driven || !self.mode.follows() {
+        if driven || !self.mode.adapts() {
             track.excuse(aim.position[j]);
             return false;
         }
@@ -239,7 +239,7 @@ impl Core {
             || self.torques.suspect != 0
             || self.trace.isolated != 0
             || self.trace.soft
-            || !self.mode.follows()
+            || !self.mode.adapts()
             || self.is_driven()
     }
 

@@ -318,6 +318,7 @@ impl Station {
     }
 }
 
+#[inline(never)]
 fn count(counter: &mut u32) {
     *counter = counter.saturating_add(1);
 }

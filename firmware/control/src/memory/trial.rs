@@ -29,18 +29,23 @@ struct Trial {
     crc: u32,
     /// The live copy is damaged.
     live_is_bad: bool,
+    /// So is the shadow. Nothing mends that.
+    lost: bool,
 }
 
 impl Trial {
-    const NONE: Self = Self { summed: 0, crc: 0, live_is_bad: false };
+    const NONE: Self = Self { summed: 0, crc: 0, live_is_bad: false, lost: false };
 
     fn is_under_way(&self) -> bool {
-        self.summed != 0 || self.live_is_bad
+        self.summed != 0 || self.live_is_bad || self.lost
     }
 
     /// One piece of so many words on.
     #[inline(never)]
     fn step(&mut self, live: &mut [u32], shadow: &mut [u32], crc: u32, piece: usize) -> Health {
+        if self.lost {
+            return Health::Lost;
+        }
         let copy = if self.live_is_bad { &*shadow } else { &*live };
         let rest = copy.get(self.summed..).unwrap_or_default();
         let next = rest.get(..piece).unwrap_or(rest);
@@ -57,7 +62,10 @@ impl Trial {
             (true, false) => overwrite(shadow, live),
             (true, true) => overwrite(live, shadow),
             (false, false) => return Health::Unknown,
-            (false, true) => return Health::Lost,
+            (false, true) => {
+                self.lost = true;
+                return Health::Lost;
+            }
         }
         Health::Restored
     }
@@ -106,7 +114,7 @@ impl Search {
         } else {
             self.trial.step(live, shadow, memory.crc_fixed, COEFFICIENTS_PIECE)
         };
-        self.begun = health == Health::Unknown;
+        self.begun = matches!(health, Health::Unknown | Health::Lost);
         health
     }
 }

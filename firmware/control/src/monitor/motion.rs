@@ -165,6 +165,10 @@ impl Motions {
         let (Some(swing), Some(limit)) = (self.swings.get_mut(j), l.swing.get(j)) else {
             return false;
         };
+        // An infinite speed is a damaged estimate, which is told elsewhere, and no swinging.
+        if !e1_dot.is_finite() {
+            return false;
+        }
         if e1_dot.abs() > *limit && swing.turns(e1_dot, self.turn, l.period) {
             findings.raise(Finding::of_joint(Fault::Oscillation, j));
         }

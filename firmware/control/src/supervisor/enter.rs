@@ -63,7 +63,11 @@ impl Mode {
             ModeCode::Stopping => self.slow_down(cause, finding, timing, events),
             ModeCode::BrakeHold => {
                 let pose = self.pose(finding, timing, events);
-                *self = Self::BrakeHold { pose, ticks: 0, closed: 0, cause };
+                let (ticks, closed) = match self {
+                    Self::BrakeHold { ticks, closed, .. } => (*ticks, *closed),
+                    _ => (0, 0),
+                };
+                *self = Self::BrakeHold { pose, ticks, closed, cause };
             }
             ModeCode::TorqueOff => *self = Self::TorqueOff { ticks: 0, cause },
             ModeCode::Latched => *self = Self::Latched { codes: events.codes, cause },
@@ -84,6 +88,7 @@ impl Mode {
     }
 
     /// Why the arm stops, or stopped.
+    #[inline(never)]
     fn cause_of(&self, exit: Exit, finding: Finding, events: &Events<'_>) -> Cause {
         let found = match exit {
             Exit::Stop if finding.fault == Fault::None => Finding::new(Fault::OperatorStop),
@@ -91,12 +96,20 @@ impl Mode {
             Exit::Slipped => Finding { fault: Fault::BrakeSlipped, joints: self.slipping(events) },
             _ => Finding::NONE,
         };
+        let mut new = Cause::new(found);
+        new.cut |= exit == Exit::CutTorque;
         match self.cause() {
             // A stop that becomes graver names the graver fault; one that goes on keeps its own, and what locks the
             // arm out stays.
-            Some(cause) if found.fault == Fault::None || !clears(cause.finding.fault) => *cause,
-            Some(cause) => Cause { isolated: cause.isolated, ..Cause::new(found) },
-            None => Cause::new(found),
+            Some(cause) => {
+                let goes_on = found.fault == Fault::None || !clears(cause.finding.fault);
+                Cause {
+                    finding: if goes_on { cause.finding } else { found },
+                    isolated: cause.isolated | new.isolated,
+                    cut: cause.cut | new.cut,
+                }
+            }
+            None => new,
         }
     }
 
@@ -114,7 +127,9 @@ impl Mode {
     fn slow_down(&mut self, cause: Cause, finding: Finding, timing: &Timing, events: &Events<'_>) {
         let pace = &timing.pace;
         let (path, follower) = match self {
-            Self::Moving(motion) if finding.fault != Fault::ErrorWindow => {
+            Self::Moving(motion) | Self::Lowering { motion: Some(motion), .. }
+                if finding.fault != Fault::ErrorWindow =>
+            {
                 (Path::Curve(*motion), Follower::new(motion.phase, Rate::FULL, 0, pace))
             }
             Self::Jogging { line, follower, .. } if finding.fault != Fault::ErrorWindow => {

@@ -37,7 +37,10 @@ impl Mode {
         match (&mut *self, order) {
             (_, Order::Refused(refusal)) => Err(*refusal),
             // Taken by the executive, whatever the mode.
-            (_, Order::SetGains(_)) | (Self::Boot { .. }, Order::ConfirmPose) => Ok(None),
+            (_, Order::SetGains(_))
+            | (Self::Boot { complaint: Fault::ParkedPoseDiffers, .. }, Order::ConfirmPose) => {
+                Ok(None)
+            }
             (Self::Boot { .. }, _) => Err(Refusal::WrongMode),
             // On its way already: another stop takes no more time.
             (
@@ -47,6 +50,8 @@ impl Mode {
                 | Self::Latched { .. },
                 Order::Stop,
             ) => Ok(None),
+            // Its brakes may still be set, and a path has none to open.
+            (Self::Lowering { motion: None, .. }, Order::Stop) => Ok(Some(Exit::AtRest)),
             (_, Order::Stop) => Ok(Some(Exit::Stop)),
             (Self::Latched { cause, .. }, Order::Clear) if !clears(cause.finding.fault) => {
                 Err(Refusal::LockedOut)
@@ -71,8 +76,8 @@ impl Mode {
                     Err(Refusal::Busy)
                 }
             }
-            (Self::Lowering { pose, motion, .. }, Order::Lower(way)) => {
-                if motion.is_none() && events.brakes.open == ALL {
+            (Self::Lowering { pose, motion, cause, .. }, Order::Lower(way)) => {
+                if motion.is_none() && events.brakes.open | cause.isolated == ALL {
                     *motion = Some(way.moved_to(*pose));
                 }
                 Ok(None)
@@ -118,9 +123,17 @@ impl Mode {
                     cause.isolate(finding);
                 }
                 cause.refine(finding);
-                (reaction == Reaction::Sto).then_some(Exit::CutTorque)
+                match (reaction, finding.fault) {
+                    (Reaction::Sto, _) => Some(Exit::CutTorque),
+                    // Only the brakes are left.
+                    (_, Fault::ErrorWindow) => Some(Exit::Astray),
+                    _ => None,
+                }
             }
             Self::Lowering { .. } if is_emergency(finding.fault) => Some(Exit::CutTorque),
+            Self::Lowering { motion: None, .. } if reaction < Reaction::Sto => {
+                (reaction != Reaction::None).then_some(Exit::AtRest)
+            }
             _ => match reaction {
                 Reaction::None => None,
                 Reaction::Sto => Some(Exit::CutTorque),
@@ -156,8 +169,7 @@ impl Mode {
                 || *ticks > timing.brake_set)
                 .then_some(Exit::BrakesSet),
             Self::Latched { codes, cause } => {
-                let torque_is_good = Reaction::to(cause.finding.fault) != Reaction::Sto;
-                (torque_is_good && slips(timing, codes, events)).then_some(Exit::Slipped)
+                (!cause.cut && slips(timing, codes, events)).then_some(Exit::Slipped)
             }
             Self::Lowering { motion, .. } => {
                 motion.is_some_and(|motion| motion.is_over()).then_some(Exit::Lowered)
@@ -174,7 +186,7 @@ impl Mode {
             }
             Self::Arming { ticks, open, began, .. } => {
                 *ticks += 1;
-                *open = if events.brakes.open == ALL { *open + 1 } else { *open };
+                *open = if events.brakes.open == ALL { *open + 1 } else { 0 };
                 if *open <= timing.calm {
                     *began = events.observers.map(|o| o.position);
                 }
@@ -210,10 +222,12 @@ impl Mode {
 }
 
 impl Cause {
-    /// A contact that stays open alone is another fault than a pressed emergency stop.
+    /// A contact that stays open alone is another fault than a pressed emergency stop; what needs service is not hidden
+    /// by what does not.
     fn refine(&mut self, finding: Finding) {
-        if self.finding.fault == Fault::EmergencyStop && is_emergency(finding.fault) {
-            self.finding = finding;
+        let emergency = self.finding.fault == Fault::EmergencyStop && is_emergency(finding.fault);
+        if emergency || !clears(finding.fault) {
+            *self = Self { isolated: self.isolated, cut: self.cut || !emergency, finding };
         }
     }
 

@@ -38,12 +38,15 @@ pub struct Cause {
     pub finding: Finding,
     /// Joints without torque, their brakes set, one bit each.
     pub isolated: u8,
+    /// Torque was cut, and does not come back by itself.
+    pub cut: bool,
 }
 
 impl Cause {
     fn new(finding: Finding) -> Self {
-        let isolates = Reaction::to(finding.fault) == Reaction::Isolate;
-        Self { finding, isolated: if isolates { finding.joints } else { 0 } }
+        let reaction = Reaction::to(finding.fault);
+        let isolated = if reaction == Reaction::Isolate { finding.joints } else { 0 };
+        Self { finding, isolated, cut: reaction == Reaction::Sto }
     }
 }
 
@@ -259,12 +262,6 @@ impl Mode {
             _ => return 0,
         };
         watch.outdoes(speed, times)
-    }
-
-    /// Whether the joints have to follow the set-point at all times.
-    #[inline(always)]
-    pub fn follows(&self) -> bool {
-        self.adapts()
     }
 
     /// Reacts to what was found after this mode's turn.

@@ -50,13 +50,17 @@ impl Mode {
             | Self::Standby { .. }
             | Self::TorqueOff { .. }
             | Self::Latched { .. } => Levels::OFF,
-            Self::Arming { ticks, .. } | Self::Lowering { ticks, .. } => {
-                if *ticks >= timing.preload { Levels::LIVE } else { Levels::BRAKED }
-            }
+            Self::Arming { ticks, .. } => lifted(*ticks, timing),
+            Self::Lowering { ticks, cause, .. } => lifted(*ticks, timing).without(cause.isolated),
             Self::Stopping { cause, .. } => Levels::LIVE.without(cause.isolated),
             Self::BrakeHold { cause, .. } => Levels::BRAKED.without(cause.isolated),
         }
     }
+}
+
+/// Torque first, then the brakes.
+fn lifted(ticks: u32, timing: &Timing) -> Levels {
+    if ticks >= timing.preload { Levels::LIVE } else { Levels::BRAKED }
 }
 
 /// Feedback of the brakes, one bit each; joint 1 is bit 0.

@@ -26,6 +26,7 @@ impl Reaction {
             | Fault::PinNotDriven
             | Fault::TorqueWrong
             | Fault::Overspeed
+            | Fault::TickHung
             | Fault::ParametersLost
             | Fault::HardFault
             | Fault::StackOverflow => Self::Sto,

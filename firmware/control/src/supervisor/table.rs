@@ -23,8 +23,10 @@ pub enum Exit {
     Stop,
     /// A monitor finds that torque cannot be trusted, or the model alone cannot hold the arm any longer.
     CutTorque,
-    /// The path rate is zero.
+    /// The path rate is zero, or not yet begun to rise.
     AtRest,
+    /// The arm does not follow the path that it stops along.
+    Astray,
     /// Every brake reports closed, and torque stayed on long enough after it.
     BrakesSet,
     /// The operator clears the stop.
@@ -58,9 +60,9 @@ transitions! {
     Holding: Start -> Moving, Jog -> Jogging, Stop -> BrakeHold, CutTorque -> TorqueOff;
     Moving: PathEnded -> Holding, Stop -> Stopping, CutTorque -> TorqueOff;
     Jogging: JogEnded -> Holding, Stop -> Stopping, CutTorque -> TorqueOff;
-    Stopping: AtRest -> BrakeHold, CutTorque -> TorqueOff;
-    BrakeHold: BrakesSet -> Latched, CutTorque -> TorqueOff;
+    Stopping: AtRest -> BrakeHold, Astray -> BrakeHold, CutTorque -> TorqueOff;
+    BrakeHold: Astray -> BrakeHold, BrakesSet -> Latched, CutTorque -> TorqueOff;
     TorqueOff: BrakesSet -> Latched;
     Latched: Clear -> Boot, Slipped -> Lowering;
-    Lowering: Lowered -> BrakeHold, Stop -> BrakeHold, CutTorque -> TorqueOff;
+    Lowering: Lowered -> BrakeHold, AtRest -> BrakeHold, Stop -> Stopping, CutTorque -> TorqueOff;
 }

@@ -61,18 +61,21 @@ fn open_one(name: &'static [u8], mode: usize) -> usize {
     unsafe { syscall!(OPEN, name.as_ptr(), mode, name.len() - 1) }
 }
 
+#[inline(never)]
+#[unsafe(link_section = ".text.link")]
 fn put(handle: usize, bytes: &[u8]) {
     // SAFETY: SYS_WRITE takes handle, address and length; it returns what was not written.
-    if unsafe { syscall!(WRITE, handle, bytes.as_ptr(), bytes.len()) } != 0 {
-        give_up();
-    }
+    insist(unsafe { syscall!(WRITE, handle, bytes.as_ptr(), bytes.len()) } == 0);
 }
 
-/// Ends the emulation: the harness is gone.
-fn give_up() -> ! {
-    debug::exit(EXIT_FAILURE);
-    loop {
-        cortex_m::asm::wfi();
+/// Ends the emulation if the harness is gone.
+#[inline(never)]
+fn insist(is_there: bool) {
+    if !is_there {
+        debug::exit(EXIT_FAILURE);
+        loop {
+            cortex_m::asm::wfi();
+        }
     }
 }
 
@@ -101,15 +104,11 @@ impl Link {
     fn read(&mut self, bytes: &mut [u8]) {
         let mut left = bytes.len();
         while left > 0 {
-            let Some(rest) = bytes.len().checked_sub(left).and_then(|done| bytes.get_mut(done..))
-            else {
-                give_up();
-            };
+            let done = bytes.len() - left;
+            let rest = bytes.get_mut(done..).unwrap_or_default();
             // SAFETY: SYS_READ takes handle, address and length; it returns what was not read.
             let missing = unsafe { syscall!(READ, self.to_board, rest.as_mut_ptr(), rest.len()) };
-            if missing >= left {
-                give_up();
-            }
+            insist(missing < left);
             left = missing;
         }
     }

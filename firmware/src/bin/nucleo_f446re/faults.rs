@@ -9,7 +9,7 @@ use cortex_m::peripheral::SCB;
 use cortex_m_rt::exception;
 use shared::evidence::Image;
 use shared::fault::Fault;
-use stm32f4::stm32f446::GPIOC;
+use stm32f4::stm32f446::{GPIOC, rcc};
 
 /// Reset bits, in GPIOC's BSRR, of drive enables (4 to 7), brake releases (8 to 11) and STO (12).
 const ALL_OFF: u32 = 0x1FF0 << 16;
@@ -32,6 +32,13 @@ pub unsafe fn evidence() -> &'static mut Image {
     let kept = &raw mut EVIDENCE;
     // SAFETY: any bytes are an image, and the caller has the only reference.
     unsafe { (*kept).assume_init_mut() }
+}
+
+/// Whether the last run ended because a tick did not: its watchdog reset the chip (RM0390 section 6.3.21, RCC_CSR).
+pub fn hung(rcc: &rcc::RegisterBlock) -> Option<Fault> {
+    let by_watchdog = rcc.csr().read().wdgrstf().bit_is_set();
+    rcc.csr().modify(|_, w| w.rmvf().set_bit());
+    by_watchdog.then_some(Fault::TickHung)
 }
 
 /// Torque off, brakes set.

@@ -49,8 +49,9 @@ struct Control {
     watchdog: &'static iwdg::RegisterBlock,
     /// Last count of the torque converter's clock.
     adc_count: u16,
-    /// All of them, modulo 2³².
-    adc_total: u32,
+    /// Its clocks since the last conversion, and conversions modulo 2³².
+    adc_rest: u32,
+    conversions: u32,
 }
 
 /// What the controller believes and decides: its alone.
@@ -74,6 +75,9 @@ fn main() -> ! {
     let Some(station) = singleton!(: Station = Station::new()) else { faults::all_off() };
     // SAFETY: the only call.
     let evidence = unsafe { faults::evidence() };
+    if let Some(crash) = faults::hung(&p.RCC) {
+        (evidence.crash, evidence.crash_status) = (crash as u32, 0);
+    }
     let (mut recorder, retained) = Recorder::new(evidence, TICK_HZ);
     match control(p, pins, &retained, station) {
         // SAFETY: the interrupt that shares it is still masked.
@@ -130,7 +134,8 @@ fn control(
         adc_clock: &p.TIM3,
         watchdog: &p.IWDG,
         adc_count: 0,
-        adc_total: 0,
+        adc_rest: 0,
+        conversions: 0,
     })
 }
 
@@ -181,14 +186,16 @@ impl Control {
         self.adc_count = adc_count;
         self.outbox.measured.adc_clocks = adc_clocks;
         // CLKIN is counted; a conversion takes 256 of its clocks.
-        self.adc_total = self.adc_total.wrapping_add(adc_clocks);
+        self.adc_rest += adc_clocks;
+        self.conversions = self.conversions.wrapping_add(self.adc_rest / 256);
+        self.adc_rest %= 256;
         let served = mailbox::take();
         let input = TickInput {
             order: served.as_ref().and_then(Served::order),
             alive: served.is_some_and(|served| served.alive),
             cycles: began,
             spent: self.outbox.measured.tick_clocks,
-            conversions: self.adc_total / 256,
+            conversions: self.conversions,
         };
         let record = self.executive.tick(&input);
         if served.is_some() {
