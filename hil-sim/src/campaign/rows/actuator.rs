@@ -8,7 +8,7 @@ use shared::fault::{Fault, Mode};
 use super::Ways;
 use crate::campaign::measure;
 use crate::campaign::onset::Condition;
-use crate::campaign::pose::Pose;
+use crate::campaign::pose::{PATH_S, Pose};
 use crate::campaign::row::{Acting, Drop, Expect, POWER_UP, Sign, Variant, fault};
 use crate::campaign::trial::{Ask, Order, Trial};
 use crate::faults::{Injection, Kind, Target};
@@ -55,6 +55,8 @@ pub fn wrong_torque(_: &Pose) -> Ways {
 
 /// From the release to an open brake, s.
 const OPENING_S: f64 = 0.150;
+/// After the brakes' deadline and before the end of the test move; the path starts half of its 2 s before the pose.
+const RELEASED: f64 = -0.5 * PATH_S - 0.3;
 /// From open brakes to the test move, s.
 const CALM_S: f64 = 0.1;
 
@@ -77,6 +79,10 @@ pub fn jammed(pose: &Pose) -> Ways {
         let lies = Variant::new(lies, jam(target, 1.0), Expect::NoGo, stiff, 600, 600);
         ways.push(lies.from(Condition::Opened(CALM_S)).checked(never_went));
     }
+    // 1 ms: the time in which brakes may open is over.
+    let falls = vec![fault(Kind::BrakeNoFeedback, Target::Brake(1)).of(0.0).at(RELEASED)];
+    let falls = Variant::new("brake 2: feedback falls back", falls, Expect::NoGo, told, 2, 2);
+    ways.push(falls.checked(never_went));
     super::parked(pose, ways)
 }
 
