@@ -67,6 +67,8 @@ impl Row {
 #[derive(Debug, Default)]
 pub struct Table {
     rows: BTreeMap<usize, Row>,
+    /// The worst whole tick, stage by stage.
+    worst: Vec<Cost>,
 }
 
 /// Stages in the order of the tick, what no stage claims, and the whole; the link is none of them.
@@ -85,7 +87,11 @@ impl Table {
                 self.rows.entry(stage).or_default().add(*cost, place);
                 whole = whole + *cost;
             }
-            self.rows.entry(STAGES.len() + 1).or_default().add(whole, place);
+            let row = self.rows.entry(STAGES.len() + 1).or_default();
+            if whole.plain > row.worst.plain {
+                self.worst = tick.clone();
+            }
+            row.add(whole, place);
         }
     }
 
@@ -117,7 +123,14 @@ impl Table {
                 row.place,
             );
         }
-        text + &self.times(budget)
+        text + &self.split() + &self.times(budget)
+    }
+
+    /// What the worst tick is made of.
+    fn split(&self) -> String {
+        let stages = names().filter_map(|(i, name)| Some((name, self.worst.get(i)?.plain)));
+        let stages: Vec<_> = stages.map(|(name, cycles)| format!("{name} {cycles}")).collect();
+        format!("The worst tick by stages: {}.\n", stages.join(", "))
     }
 
     /// The worst tick in micro-seconds and per cent of a tick.

@@ -12,7 +12,7 @@ const GAP_NS: u32 = 240;
 const SELECT_NS: u32 = 400;
 /// A frame of the DAC with its CRC.
 const DAC_FRAME_BYTES: usize = 4;
-/// Computation, ns: 10 000 core clocks. The tick was measured at up to 6 035 modelled cycles on the
+/// Computation, ns: 10 000 core clocks. The tick was measured at up to 6 086 modelled cycles on the
 /// emulated board; the rest is for this board's own drivers and wait states of the flash. Telemetry carries what it took.
 const COMPUTE_NS: u32 = 60_000;
 
