@@ -258,6 +258,29 @@ fn model_prints_both_sides_and_they_agree() {
     assert!(table.out.contains("firmware (f32)") && table.out.contains("plant (f64)"));
 }
 
+/// A full disk must not look like a good run; the files are written before.
+#[test]
+#[cfg(target_os = "linux")]
+fn json_that_cannot_be_written_is_an_error() {
+    let folder = folder();
+    fs::write(folder.path().join("short.toml"), SHORT).expect("a scenario");
+    for arguments in
+        [&["model", "--q", "0,1,-1,3", "--json"] as &[&str], &["run", "short.toml", "--json"]]
+    {
+        let full = fs::OpenOptions::new().write(true).open("/dev/full").expect("the full device");
+        let output = std::process::Command::new(env!("CARGO_BIN_EXE_hil-sim"))
+            .args(arguments)
+            .current_dir(folder.path())
+            .stdout(full)
+            .output()
+            .expect("the program starts");
+        let told = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {told}");
+        assert!(told.contains("standard output"), "{told}");
+    }
+    assert!(folder.path().join("out/short/report.html").exists());
+}
+
 #[test]
 fn no_arguments_print_table_3_and_name_the_report() {
     let folder = folder();

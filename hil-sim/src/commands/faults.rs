@@ -22,7 +22,7 @@ pub fn faults(args: &FaultsArgs) -> miette::Result<bool> {
     let folder = args.only.map_or(FOLDER.into(), |row| format!("{FOLDER}-{row}"));
     let page = report::write_campaign(Path::new(&folder), &campaign).into_diagnostic()?;
     if args.json {
-        say!("{}", serde_json::to_string(&campaign.json()).into_diagnostic()?);
+        super::print_json(&campaign.json())?;
     } else {
         say!("{}", campaign::table(&campaign).trim_end());
         say!("Report: {}", page.display());

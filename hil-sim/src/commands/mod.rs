@@ -14,7 +14,11 @@ mod pil;
 mod progress;
 mod run;
 
+use std::io::Write as _;
+
 use comfy_table::{Table, presets};
+use miette::{Context as _, IntoDiagnostic as _};
+use serde::Serialize;
 
 use crate::cli::{Cli, Command};
 use crate::scenario::Scenario;
@@ -33,11 +37,16 @@ pub fn execute(cli: &Cli) -> miette::Result<bool> {
             list();
             Ok(true)
         }
-        Some(Command::Model(args)) => {
-            model::model(args);
-            Ok(true)
-        }
+        Some(Command::Model(args)) => model::model(args),
     }
+}
+
+/// Prints a value for a program, which would not notice that it is missing.
+fn print_json(value: &impl Serialize) -> miette::Result<()> {
+    let text = serde_json::to_string(value).into_diagnostic()?;
+    writeln!(std::io::stdout(), "{text}")
+        .into_diagnostic()
+        .wrap_err("the JSON could not be written to the standard output")
 }
 
 fn list() {

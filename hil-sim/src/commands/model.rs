@@ -29,13 +29,14 @@ struct Both {
 }
 
 /// Prints both sides as a table or as JSON.
-pub fn model(args: &ModelArgs) {
+pub fn model(args: &ModelArgs) -> miette::Result<bool> {
     let both = Both { firmware: firmware_side(args), plant: plant_side(args) };
     if args.json {
-        say!("{}", serde_json::json!(both));
+        super::print_json(&both)?;
     } else {
         print_side_by_side(&both);
     }
+    Ok(true)
 }
 
 fn firmware_side(args: &ModelArgs) -> Side {

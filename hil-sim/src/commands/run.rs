@@ -39,11 +39,13 @@ pub fn table3() -> miette::Result<bool> {
 pub fn run(args: &RunArgs) -> miette::Result<bool> {
     let scenario = overridden(&args.choice)?;
     let outcome = one(&scenario, !args.no_output)?;
-    if args.json {
-        say!("{}", serde_json::to_string(&outcome).into_diagnostic()?);
+    // What cannot be printed is written all the same.
+    let printed = if args.json {
+        super::print_json(&outcome)
     } else {
         print_outcome(&outcome);
-    }
+        Ok(())
+    };
     if !args.no_output {
         let folder = args.out.clone().unwrap_or_else(|| default_folder(&scenario));
         let page = report::write(&folder, std::slice::from_ref(&outcome)).into_diagnostic()?;
@@ -54,6 +56,7 @@ pub fn run(args: &RunArgs) -> miette::Result<bool> {
             }
         }
     }
+    printed?;
     Ok(outcome.is_good())
 }
 
