@@ -183,13 +183,17 @@ fn a_broken_limit_is_named_and_ends_with_1() {
 
 #[test]
 fn bad_input_ends_with_2_and_says_what_is_allowed() {
-    let bad: [(&[&str], &[&str]); 11] = [
+    let bad: [(&[&str], &[&str]); 12] = [
         (&["run", "papre"], &["`papre`", "did you mean `paper`", "payload"]),
         (&["run", "none.toml"], &["none.toml", "shipped scenarios"]),
         (&["run", "paper", "--tick-hz", "500"], &["500", "1000", "8000", "limit cycle"]),
         (&["run", "paper", "--tick-hz", "2k"], &["2k", "1000", "8000"]),
         (&["run", "paper", "--seed", "-1"], &["-1"]),
         (&["run", "paper", "--law", "pid"], &["pid", "backstepping", "pd"]),
+        (
+            &["run", "paper", "--law", "pd", "--adaptation", "paper"],
+            &["--adaptation", "--law backstepping"],
+        ),
         (&["run", "paper", "--out", "x", "--no-output"], &["--out", "--no-output"]),
         (&["run"], &["<SCENARIO>"]),
         (&["model", "--q", "1,2,3"], &["exactly 4 numbers, got 3"]),

@@ -65,6 +65,10 @@ pub fn overridden(args: &Choice) -> miette::Result<Scenario> {
     let mut scenario = Scenario::load(&args.scenario)?;
     let controller = &mut scenario.controller;
     controller.law = args.law.unwrap_or(controller.law);
+    let adapts = matches!(args.adaptation, Some(Adaptation::Inertia | Adaptation::Paper));
+    if controller.law == Law::Pd && adapts {
+        miette::bail!("--adaptation is for --law backstepping; the PD adapts nothing");
+    }
     controller.adaptation = args.adaptation.unwrap_or(controller.adaptation);
     scenario.tick_hz = args.tick_hz.unwrap_or(scenario.tick_hz);
     scenario.seed = args.seed.unwrap_or(scenario.seed);
