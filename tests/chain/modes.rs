@@ -1,9 +1,10 @@
 //! Modes through the bus and the pins: what keeps the arm from moving, and what stops it.
 
 use hil_sim::path::Path;
+use hil_sim::plant::{Disturbance, FRICTION, Plant, RATIOS, Ratios};
 use hil_sim::run::config_of;
 use hil_sim::scenario::Scenario;
-use shared::arm::{JOINTS, REFERENCE};
+use shared::arm::{JOINTS, Q0, REFERENCE};
 use shared::command::{Command, Trajectory};
 use shared::fault::{Fault, Mode, Refusal};
 use shared::telemetry::Record;
@@ -202,4 +203,21 @@ fn a_second_trajectory_does_not_disturb_the_first() {
         assert_eq!(other.phase, k);
     }
     assert_eq!(asked.last.refusal, Refusal::Busy as u8);
+}
+
+/// Nobody vouches for a pose that nobody has seen: confirming counts only once boot says that the pose differs.
+#[test]
+fn a_pose_is_confirmed_only_after_it_was_found_to_differ() {
+    let mut rig = rig();
+    let q = std::array::from_fn(|j| Q0[j] - if j == 1 { 0.2 } else { 0.0 });
+    rig.plant = Plant::at_rest(&REFERENCE, q, Disturbance::new(FRICTION, Ratios::Fixed(RATIOS)), 1);
+    let confirm = |rig: &mut Rig| rig.tick(Some(Command::ConfirmPose)).refusal;
+    for _ in 0..20 {
+        assert_eq!(confirm(&mut rig), Refusal::WrongMode as u8);
+    }
+    (0..1_500).for_each(|_| _ = rig.tick(None));
+    let standing = (rig.last.mode, rig.last.fault);
+    assert_eq!(standing, (Mode::Boot as u8, Fault::ParkedPoseDiffers as u16));
+    assert_eq!(confirm(&mut rig), 0);
+    rig.until(Mode::Standby, 0.6);
 }
